@@ -52,6 +52,8 @@ def test_what_is_no_robot_is_said(
         ('range="-3 3"/>', 'range="-3 3"/><joint axis="1 0 0"/>', "one joint a body, got 2; nest"),
         ('range="-3 3"/>', 'range="3 -3"/>', "range: expected its lower end first, got 3 -3"),
         ('range="-3 3"/>', 'range="nan 3"/>', "range: expected its lower end first, got nan 3"),
+        ('angle="radian"', "", 'ranges of the hinges: expected degrees, for <compiler> has no '
+         'angle="radian", got none beyond 3: are these radians?'),
         ("<worldbody>", f"<asset>{NO_MESH}</asset><worldbody>", "gone.obj"),
         ('name="right_finger" class="finger" range="-0.04 0"', 'name="right_finger" class="finger"',
          "joint 'right_finger': lower and upper: expected a range, got none"),
@@ -137,7 +139,7 @@ def arm_of(limit: str = 'lower="-2" upper="2"', origin: str = "0 0 0.1", size: s
         ),
         (
             arm_of(origin="0 0 ${height}"),
-            "arm.urdf: expected no xacro, got 0 0 ${height}; xacro is not a URDF yet: run xacro first",
+            "arm.urdf: expected no xacro, got 0 0 ${height}; xacro is not a URDF yet: run xacro",
         ),
         (arm_of(origin="$(arg xyz)"), "expected no xacro, got $(arg xyz); xacro is not a URDF yet"),
         (

@@ -221,3 +221,29 @@ def test_a_urdf_alone_brings_its_meshes_and_moves_without_physics(desk: Desk) ->
         desk.findings("mine", "open")
     )
     assert desk.findings("mine", "missing") == [("MJCF", "none: the URDF is compared with nothing")]
+
+
+def test_a_joint_of_short_stroke_has_limits_within_it(desk: Desk) -> None:
+    model = desk.example(
+        (
+            'name="bend" axis="0 1 0" range="-1.8 1.8"',
+            'name="bend" axis="0 1 0" range="0 0.0166667"',
+        )
+    )
+    done = desk.new("mine", "--mjcf", model)
+    assert done.returncode == 0, done.stderr
+    safety = load_robot("mine").profile("sim")
+    told, measured = safety.parts["arm"].joint_position, safety.measured["bend"]
+    assert told is not None
+    assert (told.tracking_limits[3], measured.jump_per_tick, measured.tolerance) == (0.0166667,) * 3
+    assert 0.0166 < told.step_limits[3] <= 0.0166667
+
+
+def test_a_speed_of_many_digits_is_not_rounded(desk: Desk) -> None:
+    assert desk.new("first", "--mjcf", EXAMPLE).returncode == 0
+    urdf = (desk.robots / "first" / "first.urdf").read_text().replace('"1000000"', '"2.17511"')
+    model = desk.example((' kv="25"', ' kv="0"'), (' damping="1"', ""))
+    done = desk.new("mine", "--mjcf", model, "--urdf", desk.write("arm.urdf", urdf))
+    assert done.returncode == 0, done.stderr
+    robot = load_robot("mine")
+    assert profile_limits(robot.joint("pan"), robot.profile("sim"))[0] == 2.17511

@@ -25,7 +25,8 @@ from fairlead_tools.draft.fitted_shape import SAMPLES, fitted_shape, inside
 from fairlead_tools.draft.joints import draft_joints, same_joints
 from fairlead_tools.draft.model_frames import with_frames
 from fairlead_tools.draft.parts import draft_parts, with_openings
-from fairlead_tools.draft.robot_document import DraftRobot, robot_text
+from fairlead_tools.draft.robot_document import DraftRobot
+from fairlead_tools.draft.robot_text import robot_text
 from fairlead_tools.draft.source_model import WHO, SourceModel, load_source
 from fairlead_tools.draft.urdf_file import read_urdf
 from fairlead_tools.draft.urdf_meshes import copied_urdf

@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import yaml
-
 from fairlead.hal.setpoints import TRAVEL_SHARE
 from fairlead_tools.draft.joints import DraftJoint
 from fairlead_tools.draft.parts import DraftPart, grips
@@ -172,8 +170,13 @@ class DraftRobot:
 
     def _speed(self, joint: DraftJoint) -> float:
         """As fast as its servo follows closely enough: else chunks are refused at their seams."""
-        allowed = _LAG[joint.unit] / joint.lag_s if joint.lag_s else joint.velocity
-        return _rounded(min(joint.velocity, allowed))
+        allowed = [joint.velocity, self._across(joint)]
+        allowed += [_rounded(_LAG[joint.unit] / joint.lag_s)] if joint.lag_s else []
+        return min(allowed)
+
+    def _across(self, joint: DraftJoint) -> float:
+        """Just less than its whole range in a period."""
+        return _rounded(0.999 * joint.span / (self.period_ms * 1e-3))
 
     def _acceleration(self, joint: DraftJoint) -> float:
         return _rounded(joint.acceleration * self._speed(joint) / joint.velocity)
@@ -183,14 +186,16 @@ class DraftRobot:
             one.name: {
                 "velocity_per_s": self._speed(one),
                 "acceleration_per_s2": self._acceleration(one),
-                "source": f"the model's servo lags by {one.lag_s:.2g} s",
+                "source": f"the model's servo lags by {one.lag_s:.2g} s"
+                if self._speed(one) < self._across(one)
+                else "less than its whole range in a period",
             }
             for one in self.commanded
             if self._speed(one) < one.velocity
         }
 
     def _step(self, joint: DraftJoint) -> float:
-        return _rounded(self._speed(joint) * self.period_ms * 1e-3)
+        return min(_rounded(self._speed(joint) * self.period_ms * 1e-3), joint.span)
 
     def _lag(self, joint: DraftJoint) -> float:
         return self._speed(joint) * joint.lag_s + joint.sag
@@ -199,9 +204,9 @@ class DraftRobot:
         step, span = self._step(joint), joint.span
         tolerance = self._lag(joint) + step + _SLACK[joint.unit]
         always = {
-            "jump_per_tick": _rounded(min(4.0 * step, span)),
+            "jump_per_tick": min(_rounded(4.0 * step), span),
             "standstill_per_s": min(_STILL[joint.unit], _rounded(self._speed(joint) / 2.0)),
-            **({} if joint.lower is None else {"tolerance": _rounded(min(tolerance, span))}),
+            **({} if joint.lower is None else {"tolerance": min(_rounded(tolerance), span)}),
         }
         if not joint.commanded:
             return {**always, "source": "assumed"}
@@ -225,7 +230,7 @@ class DraftRobot:
             opening["source"] = "the joint's range; steps admit a full stroke"
             return {"transitions": "any", "gripper_position": opening}
         tracking = [
-            _rounded(min(one.span, 3.0 * self._lag(one) + 2.0 * self._step(one) + _SLACK[one.unit]))
+            min(one.span, _rounded(3.0 * self._lag(one) + 2.0 * self._step(one) + _SLACK[one.unit]))
             for one in joints
         ]
         position = {
@@ -274,26 +279,3 @@ _KEYS = {
 
 def _rounded(value: float) -> float:
     return float(f"{value:.4g}")
-
-
-class _Dumper(yaml.SafeDumper):
-    """Numbers and names in a row stand on one line; what both profiles share is written once."""
-
-    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
-        plain = all(not isinstance(item, list | dict) for item in sequence)
-        return super().represent_sequence(tag, sequence, flow_style=plain)
-
-    def generate_anchor(self, node: Any) -> str:
-        return super().generate_anchor(node).replace("id", "sim_")
-
-
-def robot_text(robot: DraftRobot, command: str) -> str:
-    """robot.yaml's text."""
-    head = (
-        f"# Drafted by: {command}\n"
-        "# to_confirm lists what nobody has given or confirmed yet: correct each, then delete its\n"
-        "# line. The profile hardware is not compiled before. Where it differs from sim, replace\n"
-        "# its *alias by a block of its own.\n"
-    )
-    text = yaml.dump(robot.document(), Dumper=_Dumper, sort_keys=False, width=120)
-    return head + text

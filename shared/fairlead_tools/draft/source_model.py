@@ -18,6 +18,7 @@ from fairlead.messages import FloatArray
 WHO = "robot new"
 _ASSETS = "assets"
 _TOOL = re.compile(r"tcp|tool|eef|end_?effector|ee_|grip|pinch|attachment|flange", re.I)
+_TURN_RAD = 6.3  # where no hinge's range in degrees is beyond it, they were meant in rad
 _LEVEL = 0.999999  # cosine of half a plane's tilt
 _ONE_DOF = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -175,6 +176,13 @@ def _check_ranges(path: Path, spec: mujoco.MjSpec) -> None:
         if not low <= high:
             who = f"{WHO}: {path}: joint {joint.name}: range"
             raise ConfigError(expected(who, "its lower end first", f"{low:g} {high:g}"))
+    turning = [one for one in spec.joints if one.type == mujoco.mjtJoint.mjJNT_HINGE]
+    limited = [one.range for one in turning if one.range[0] < one.range[1]]
+    most = max((float(np.abs(one).max()) for one in limited), default=0.0)
+    if spec.compiler.degree and len(limited) > 1 and most <= _TURN_RAD:
+        what = 'degrees, for <compiler> has no angle="radian"'
+        got = f"none beyond {most:g}: are these radians?"
+        raise ConfigError(expected(f"{WHO}: {path}: ranges of the hinges", what, got))
 
 
 def _with_robot(path: Path, spec: mujoco.MjSpec, model: mujoco.MjModel) -> SourceModel:
