@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import signal
+
 import pytest
 
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import load_robot
+from fairlead_tools.draft import new_robot
 from tests.cli.command import fairlead_here
 from tests.draft.drafting import EXAMPLE, Desk
 
@@ -88,7 +91,11 @@ def test_a_servo_too_stiff_for_the_timestep_is_said_before_anything_starts(desk:
 
 
 def test_an_id_that_is_taken_or_no_name_is_refused_and_so_is_a_deployment_file(desk: Desk) -> None:
-    assert "there is a robot 'panda' already" in desk.new("panda", "--mjcf", EXAMPLE).stderr
+    taken = f"there is a robot 'panda' already, in {robot_dir('panda')}; choose another id"
+    assert taken in desk.new("panda", "--mjcf", EXAMPLE).stderr
+    (desk.robots / "own").mkdir(parents=True)
+    taken = f"there is a robot 'own' already, in {desk.robots / 'own'}; choose another id"
+    assert taken in desk.new("own", "--mjcf", EXAMPLE).stderr
     assert "robot new: id" in desk.new("a b", "--mjcf", EXAMPLE).stderr
     desk.write("mine.yaml", "")
     assert "mine.yaml exists already" in desk.new("mine", "--mjcf", EXAMPLE).stderr
@@ -189,3 +196,21 @@ def test_soft_limits_of_a_urdf_narrow_its_range(desk: Desk) -> None:
     assert desk.new("mine", "--urdf", URDF).returncode == 0
     joint = load_robot("mine").joint("j")
     assert (joint.lower_rad, joint.upper_rad) == (-0.5, 2.0)
+
+
+@pytest.mark.parametrize("ending", [signal.SIGTERM, signal.SIGHUP])
+def test_a_draft_that_is_ended_leaves_nothing_behind(
+    ending: signal.Signals, desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def end(*given: object) -> None:
+        assert (desk.robots / "mine" / "mine.urdf").is_file()
+        signal.raise_signal(ending)
+
+    monkeypatch.setattr(new_robot, "_written", end)
+    before = signal.signal(ending, signal.SIG_IGN)
+    try:
+        done = desk.new("mine", "--mjcf", EXAMPLE)
+    finally:
+        signal.signal(ending, before)
+    assert done.returncode == 130, done.stderr
+    assert not list(desk.robots.iterdir())

@@ -78,7 +78,7 @@ def shown(drive: Drive, line: ProgressLine) -> Callable[[State], None]:
 
 @contextmanager
 def ends_like_ctrl_c() -> Iterator[None]:
-    """A closed terminal and SIGTERM end the block as Ctrl-C does: the claim is given back."""
+    """A closed terminal and SIGTERM end the block as Ctrl-C does: what was begun is undone."""
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         signal.raise_signal(signal.SIGINT)

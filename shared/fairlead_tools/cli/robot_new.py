@@ -10,6 +10,7 @@ import typer
 
 from fairlead.errors import ConfigError
 from fairlead.keys import check_name
+from fairlead_tools.cli.by_hand import ends_like_ctrl_c
 from fairlead_tools.cli.console import ProgressLine, echo
 from fairlead_tools.cli.options import example
 
@@ -38,7 +39,7 @@ def new_command(
     file = Path(f"{name}.yaml")
     if file.exists():
         raise ConfigError(f"robot new: {file} exists already; move it, or choose another id")
-    with ProgressLine() as line, line.counting() as say:
+    with ends_like_ctrl_c(), ProgressLine() as line, line.counting() as say:
         drafted = new_robot(Asked(name, mjcf, urdf), say)
     try:
         file.write_text(deployment_text(name, drafted.hal, drafted.missing), encoding="utf-8")

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from fairlead.errors import ConfigError
-from fairlead.paths import robot_ids, user_robots_dir
+from fairlead.paths import robot_dir, robot_ids, user_robots_dir
 from fairlead.robot.description import DescriptionTree
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.gate_geometry import is_swept
@@ -79,7 +79,10 @@ def new_robot(asked: Asked, say: Callable[[str], None]) -> Drafted:
         raise ConfigError(f"{WHO}: expected --mjcf, --urdf or both, got neither")
     folder = user_robots_dir() / asked.id
     if asked.id in robot_ids() or folder.exists():
-        raise ConfigError(f"{WHO}: there is a robot {asked.id!r} already; choose another id")
+        where = folder if folder.exists() else robot_dir(asked.id)
+        raise ConfigError(
+            f"{WHO}: there is a robot {asked.id!r} already, in {where}; choose another id"
+        )
     source = None
     if asked.mjcf is not None:
         say(f"reading {asked.mjcf} and its meshes")
