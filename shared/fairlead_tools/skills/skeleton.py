@@ -10,6 +10,14 @@ from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
+from fairlead_tools.skills.wave import (
+    STRENGTH,
+    floor,
+    wave_height,
+    wave_side,
+    wave_speed,
+    waving_joint,
+)
 
 ARM_MODES = ("cartesian_delta", "joint_velocity", "joint_position")
 
@@ -104,21 +112,21 @@ WAVES = {axis}  # the joint that waves: {axis_name}
 class Policy:
     """Built once, before the robot is claimed; `infer` is asked for rows again and again."""
 
-    def __init__(self, wave_rad):
-        self.wave_rad = wave_rad
+    def __init__(self, wave_{unit}):
+        self.wave_{unit} = wave_{unit}
         self.reset()
 
     @classmethod
     def from_options(cls, skill, options):
         """Load weights here. `options` come from rskill.yaml."""
-        return cls(float(options["wave_rad"]))
+        return cls(float(options["wave_{unit}"]))
 
     def reset(self):
         """A new goal begins."""
         self.start, self.row = None, 0
 
     def infer(self, observation):
-        """Rows for the next control periods: float32 [ROWS, JOINTS], targets in rad.
+        """Rows for the next control periods: float32 [ROWS, JOINTS], {meaning}.
 
         Targets begin where the robot is: at first, and again after the arm held.
         """
@@ -128,7 +136,7 @@ class Policy:
         actions = np.tile(self.start, (ROWS, 1)).astype(np.float32)
         for k in range(ROWS):
             done = min(self.row + k + 1, 40) / 40
-            actions[k, WAVES] += self.wave_rad * 0.5 * (1 - np.cos(2 * np.pi * done))
+            actions[k, WAVES] += self.wave_{unit} * 0.5 * (1 - np.cos(2 * np.pi * done))
         self.row += ROWS
         return actions
 '''
@@ -149,16 +157,13 @@ SHIFT_SLOT = """\
 VELOCITY_SLOT = """\
       control_mode: joint_velocity
       joint_names: [{arm}]
-      scale: 0.5 # rad/s"""
+      scale: {scale} # {units}"""
 
 POSITION_SLOT = """\
       control_mode: joint_position
       joint_names: [{arm}]"""
 
 SIX = 6
-WAVE_RAD = 0.2
-STEEPEST = math.pi / 40.0
-"""Largest step of the wave of joint targets, in its height."""
 
 
 def skill_skeleton(name: str, robot: RobotManifest, mode: str = "") -> dict[str, str]:
@@ -176,13 +181,18 @@ def skill_skeleton(name: str, robot: RobotManifest, mode: str = "") -> dict[str,
     mode = mode or next(one for one in ARM_MODES if one in arm.modes)
     seen = [*arm.joints, *_gripper_joints(robot)]
     slot, dim, axis, axis_name = _slot(mode, arm, robot)
-    targets = mode == "joint_position"
-    option = f"wave_rad: {_wave_rad(arm, robot)}" if targets else "strength: 0.9"
+    meaning, option = "output in [-1, 1], times scale, is SI", f"strength: {STRENGTH}"
+    unit = ""
+    if mode == "joint_position":
+        unit, meaning = robot.joint(axis_name).unit, f"joint targets in {_units(arm, robot)}"
+        option = f"wave_{unit}: {wave_height(robot, arm, axis_name)}"
+    elif mode == "joint_velocity":
+        option = f"strength: {STRENGTH * wave_side(robot, axis_name)}"
     manifest = MANIFEST.format(
         name=name,
         robot=robot.id,
         option=option,
-        meaning="joint targets in rad" if targets else "output in [-1, 1], times scale, is SI",
+        meaning=meaning,
         state_dim=len(seen),
         state=_state_fields(seen, robot),
         dim=dim,
@@ -190,10 +200,12 @@ def skill_skeleton(name: str, robot: RobotManifest, mode: str = "") -> dict[str,
         slot=slot,
         rate=1e9 / robot.tick_period_ns,
     )
-    policy = REACH if targets else POLICY
+    policy = REACH if unit else POLICY
     return {
         "rskill.yaml": manifest,
-        "policy.py": policy.format(dim=dim, axis=axis, axis_name=axis_name),
+        "policy.py": policy.format(
+            dim=dim, axis=axis, axis_name=axis_name, unit=unit, meaning=meaning
+        ),
     }
 
 
@@ -202,9 +214,23 @@ def _slot(mode: str, arm: Part, robot: RobotManifest) -> tuple[str, int, int, st
     if mode == "cartesian_delta":
         dim = SIX if len(arm.joints) >= SIX else 3
         return _cartesian_slot(arm, robot, dim), dim, 2, "up and down"
-    text = POSITION_SLOT if mode == "joint_position" else VELOCITY_SLOT
-    axis = max(len(arm.joints) - 2, 0)
-    return text.format(arm=", ".join(arm.joints)), len(arm.joints), axis, arm.joints[axis]
+    joints, dim = ", ".join(arm.joints), len(arm.joints)
+    waves = waving_joint(robot, arm)
+    axis = arm.joints.index(waves)
+    if mode == "joint_position":
+        return POSITION_SLOT.format(arm=joints), dim, axis, waves
+    each = [wave_speed(robot, arm, name) for name in arm.joints]
+    scale = each if len(set(each)) > 1 else each[0]
+    text = VELOCITY_SLOT.format(arm=joints, scale=scale, units=_units(arm, robot, "/s"))
+    return text, dim, axis, waves
+
+
+def _units(arm: Part, robot: RobotManifest, per: str = "") -> str:
+    """Of numbers per joint: ``rad``, ``m``, or which of them are in m."""
+    sliding = [name for name in arm.joints if robot.joint(name).unit == "m"]
+    if len(sliding) in (0, len(arm.joints)):
+        return f"{'m' if sliding else 'rad'}{per}"
+    return f"rad{per}, of {', '.join(sliding)} in m{per}"
 
 
 def _arm_part(robot: RobotManifest, mode: str) -> Part:
@@ -216,13 +242,6 @@ def _arm_part(robot: RobotManifest, mode: str) -> Part:
     who, what = f"skill new: robot {robot.id}", f"an arm that takes {' or '.join(wanted)}"
     got = "; ".join(f"{part.name} takes {', '.join(part.modes)}" for part in robot.parts)
     raise ConfigError(expected(who, what, got))
-
-
-def _wave_rad(arm: Part, robot: RobotManifest) -> float:
-    """Whose largest step is half a step limit, in every profile."""
-    modes = (profile.parts[arm.name].joint_position for profile in robot.safety.values())
-    least = min(step for mode in modes if mode for step in mode.step_limits)
-    return _floor(min(WAVE_RAD, 0.5 * least / STEEPEST))
 
 
 def _gripper_joints(robot: RobotManifest) -> list[str]:
@@ -252,13 +271,7 @@ def _cartesian_slot(arm: Part, robot: RobotManifest, dim: int) -> str:
     return text.format(
         ee=arm.end_effector,
         frame=robot.base_frame,
-        shift=_floor(shift),
-        turn=_floor(turn),
+        shift=floor(shift),
+        turn=floor(turn),
         joints=len(arm.joints),
     )
-
-
-def _floor(value: float) -> float:
-    """Rounded down to two digits: a number to read and to change."""
-    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return float(f"{math.floor(value / unit) * unit:.2g}")
