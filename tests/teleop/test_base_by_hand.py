@@ -75,6 +75,8 @@ def test_a_base_is_jogged_along_its_own_axes(running: ScratchRobot, tmp_path: Pa
         (["teleop", "--mode", "warp"], "expected a mode to drive by hand, got 'warp' (valid"),
         (["teleop", "--device", "mouse"], "teleop: expected keyboard, gamepad, a gamepad"),
         (["teleop", "--device", "/dev/no"], "gamepad: /dev/no: No such file or directory"),
+        (["jog", "grip", "1", "--part", "gripper"],
+         "part gripper: expected an arm or a base, got a gripper: fairlead teleop opens and"),
         (["jog", "w", "1"], "robot panda_mobile: expected a joint or an axis, got 'w'"),
         (["jog", "x", "1rad"], "jog: expected a way for x, as 0.05 [m], got '1rad' (valid: m, mm,"),
         (["jog", "x", "nan"], "jog: expected a way for x, as 0.05 [m], got 'nan'"),

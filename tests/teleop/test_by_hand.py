@@ -223,7 +223,9 @@ def test_a_joint_is_jogged_and_the_robot_goes_home(running: ScratchRobot, tmp_pa
     np.testing.assert_allclose(tool(running) - before, [0, 0, 0.03], atol=4e-3)
 
     code, said = do("jog", "z", "-9")
-    assert code == 1 and re.search(r"arm came no nearer.*; G031 .* m, limit .* m", said), said
+    assert code == 1 and re.search(r"arm came no nearer.*; it has moved by x .*; G031 ", said)
+    code, said = do("jog", "elbow_joint", "6")
+    assert code == 1 and "; elbow_joint ends at 3.14" in said, said
     code, said = do("home")
     assert (code, said.splitlines()[-1]) == (0, "arm is home")
     assert ROBOT.home is not None

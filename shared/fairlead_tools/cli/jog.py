@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -108,6 +108,7 @@ def home_command(
     """Move joints straight to where robot.yaml says the robot rests; one part after the other.
 
     The straight way may cross what is around the robot: the gate refuses what it knows of.
+    A joint that turns on has no home in robot.yaml: it stays where it is, and is named.
     """
     chosen = choose_deployment(deployment)
     robot = load_robot(chosen.robot)
@@ -127,7 +128,15 @@ def home_command(
         rests = [robot.home.positions.get(name, np.nan) for name in drive.names]
         with _hand(chosen, robot, drive, yes, "fairlead home") as hand:
             _go(hand, partial(_or_there, np.array(rests)), speed)
-        echo(f"{drive.part} is home")
+        echo(_came_home(drive, rests))
+
+
+def _came_home(drive: Drive, rests: Sequence[float]) -> str:
+    staying = [name for name, rest in zip(drive.names, rests, strict=True) if np.isnan(rest)]
+    if not staying:
+        return f"{drive.part} is home"
+    names = ", ".join(staying)
+    return f"{drive.part} is home but for {names}: without a home in robot.yaml, left where it was"
 
 
 def _or_there(rests: FloatArray, at: FloatArray) -> FloatArray:
@@ -177,10 +186,26 @@ def _go(
     if target.is_there:
         return seen[0].at, seen[-1].at
     why = next((now.held_back for now in reversed(seen) if now.held_back), "")
-    where = ", ".join(
+    where = _where(drive, wanted, seen) if seen else "nobody sends its transform"
+    raise ServiceError(
+        f"{drive.part} came no nearer and holds; {where}" + (f"; {why}" if why else "")
+    )
+
+
+def _where(drive: Drive, wanted: Callable[[FloatArray], FloatArray], seen: Sequence[State]) -> str:
+    """Where its joints are, and which end kept one; else how far a tool or base has come."""
+    found = ", ".join(
         f"{name} {value:.4f} {unit}"
         for name, value, unit in zip(drive.names, seen[-1].at, drive.units, strict=True)
-    ) if seen else "unknown, as nobody sends its transform"  # fmt: skip
-    raise ServiceError(
-        f"{drive.part} came no nearer and holds; it is at {where}" + (f"; {why}" if why else "")
     )
+    if not drive.is_position:
+        return f"it has moved by {found}"
+    goal = wanted(seen[0].at)
+    ends = [
+        f"; {name} ends at {end:.4f} {unit}"
+        for name, unit, to, lower, upper in zip(
+            drive.names, drive.units, goal, drive.lower, drive.upper, strict=True
+        )
+        if (end := float(np.clip(to, lower, upper))) != to
+    ]
+    return f"it is at {found}{''.join(ends)}"

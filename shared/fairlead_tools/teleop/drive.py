@@ -104,6 +104,11 @@ def make_drive(
     if axis and found:
         valid = list(dict.fromkeys(name for drive in found for name in drive.names))
         raise ConfigError(expected(who, "a joint or an axis", repr(axis), valid))
+    if not found and part and grips(robot, chosen[0]):
+        raise ConfigError(
+            expected(who, "an arm or a base", "a gripper")
+            + ": fairlead teleop opens and closes it beside its arm, and a skill does"
+        )
     valid = [
         one.yaml_name
         for one in MODES
