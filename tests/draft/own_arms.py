@@ -9,6 +9,11 @@ from fairlead_tools.draft.new_robot import Asked, new_robot
 from tests.draft.drafting import EXAMPLE, Desk
 
 
+def straight_arm() -> str:
+    """The example's MJCF without fingers and without a home: it stands straight up."""
+    return re.sub(r" *<keyframe>.*</keyframe>\n", "", without_gripper(), flags=re.S)
+
+
 def without_gripper() -> str:
     """The example's MJCF without its fingers."""
     text = re.sub(r' *<body name="\w+_finger".*?</body>\n', "", EXAMPLE.read_text(), flags=re.S)

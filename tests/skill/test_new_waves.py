@@ -10,7 +10,7 @@ import pytest
 from fairlead.paths import robot_ids
 from fairlead.robot.manifest import RobotManifest, load_robot
 from tests.draft.drafting import Desk
-from tests.draft.own_arms import drafted, slow_scara
+from tests.draft.own_arms import drafted, slow_scara, straight_arm
 from tests.skill.waves import waved, written_skill
 
 pytestmark = pytest.mark.processes
@@ -66,3 +66,9 @@ def test_another_joint_waves_where_the_sliding_ones_home_is_an_end_stop(
     mode: str, desk: Desk
 ) -> None:
     assert waving(desk.folder, drafted(desk, "scara", slow_scara(0.0)), mode) == "bend"
+
+
+def test_where_the_tool_is_singular_at_home_a_new_skill_waves_a_joint(desk: Desk) -> None:
+    robot = drafted(desk, "straight", straight_arm())
+    assert robot.part("arm").modes[-1] == "cartesian_delta"
+    assert waving(desk.folder, robot, "") == "bend"

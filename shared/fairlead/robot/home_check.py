@@ -7,10 +7,11 @@ import numpy as np
 from fairlead.errors import ConfigError, expected
 from fairlead.robot.capsule_distance import capsule_spans, pair_distances
 from fairlead.robot.capsules import CapsuleFile
-from fairlead.robot.description import DescriptionTree
+from fairlead.robot.description import DescriptionTree, description_tree
 from fairlead.robot.executed_way import limits_for_the_gate
 from fairlead.robot.link_poses import link_poses
 from fairlead.robot.manifest import RobotManifest
+from fairlead.robot.tool_chain import ToolChain
 
 
 def check_home(
@@ -33,3 +34,28 @@ def check_home(
         links = f"{capsules[first].link} and {capsules[second].link}"
         wanted = f"{links} at least {clearance_m:g} m apart (safety.{profile}: self_collision)"
         raise ConfigError(expected(f"robot {robot.id}: home", wanted, f"{least_m:.4f} m"))
+
+
+def singular_homes(robot: RobotManifest) -> dict[str, str]:
+    """By part, in words, that the gate refuses its tool modes at home but to lead away (G033).
+
+    Joints without a home count as at 0.
+    """
+    if robot.home is None:
+        return {}
+    tree, found = description_tree(robot), {}
+    at = dict.fromkeys((one.joint for one in tree.links if one.joint), 0.0) | robot.home.positions
+    for part in robot.parts:
+        limits = [profile.parts[part.name].singularity_limit for profile in robot.safety.values()]
+        limit = max((one for one in limits if one is not None), default=0.0)
+        if not limit or part.end_effector is None:
+            continue
+        tool = robot.end_effector(part.end_effector).tool_frame
+        jacobian = ToolChain(tree, tool).jacobian(at, part.joints)
+        value = float(np.linalg.svd(jacobian, compute_uv=False).min())
+        if value < limit:
+            found[part.name] = (
+                f"home is singular for the tool of {part.name}: smallest singular value "
+                f"{value:.2g}, limit {limit:g}"
+            )
+    return found

@@ -10,6 +10,7 @@ import typer
 
 from fairlead.errors import ConfigError
 from fairlead.keys import check_name
+from fairlead.robot.home_check import singular_homes
 from fairlead_tools.cli.by_hand import ends_like_ctrl_c
 from fairlead_tools.cli.console import ProgressLine, echo
 from fairlead_tools.cli.options import example
@@ -53,6 +54,8 @@ def new_command(
         f"{len(robot.to_confirm)} entries of robot.yaml are to be given or confirmed before "
         "hardware: to_confirm"
     )
+    for found in singular_homes(robot).values():
+        echo(found)
     if drafted.missing:
         first, *more = drafted.missing
         echo(f"hal_mujoco cannot move it yet: {first}")

@@ -238,7 +238,10 @@ def new_command(
     robot: RobotOption = "panda_mobile",
     mode: Annotated[
         str,
-        typer.Option(help=f"{', '.join(ARM_MODES)}; default: the first of these the arm takes"),
+        typer.Option(
+            help=f"{', '.join(ARM_MODES)}; default: the first of these the arm takes "
+            "(one of joints where home is singular)"
+        ),
     ] = "",
 ) -> None:
     """Write NAME/rskill.yaml and NAME/policy.py, a working skill to start from."""

@@ -15,6 +15,7 @@ from fairlead.robot.capsules import load_capsules
 from fairlead.robot.description import description_tree
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.gate_geometry import is_swept
+from fairlead.robot.home_check import singular_homes
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import FrameTolerance
 from fairlead_hal_mujoco import model_problems
@@ -26,6 +27,7 @@ from fairlead_tools.shape.robot_shape import RobotShape
 WHO = "robot check"
 OK, OPEN, MISSING, WRONG = "ok", "open", "missing", "wrong"
 BAD = (MISSING, WRONG)
+BENT = "bend joints in home of robot.yaml; told in joint modes, it leaves"
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ def check_robot(robot: RobotManifest, hal: HalStatus | None) -> RobotCheck:
     except ConfigError as error:
         return RobotCheck((), [Finding("URDF", WRONG, str(error), f"mend {robot.description}")])
     findings = [Finding("URDF", OK, f"{robot.description}: {len(frames)} links")]
+    findings += [Finding("home", OPEN, one, BENT) for one in singular_homes(robot).values()]
     rows: list[FrameRow] = []
     try:
         model = robot_model(robot, None, WHO)

@@ -8,6 +8,7 @@ from itertools import groupby
 
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
+from fairlead.robot.home_check import singular_homes
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 from fairlead_tools.skills.wave import (
@@ -170,7 +171,8 @@ def skill_skeleton(name: str, robot: RobotManifest, mode: str = "") -> dict[str,
     """File name -> text of a working skill that waves the arm.
 
     Args:
-        mode: one of `ARM_MODES` that the arm takes; "" for the first that it does.
+        mode: one of `ARM_MODES` that the arm takes; "" for the first that it does, and where home
+            is singular for one of its joints.
 
     Raises:
         ConfigError: for a name that cannot be a key, and for a robot without an arm that takes
@@ -178,7 +180,7 @@ def skill_skeleton(name: str, robot: RobotManifest, mode: str = "") -> dict[str,
     """
     check_name("skill id", name)
     arm = _arm_part(robot, mode)
-    mode = mode or next(one for one in ARM_MODES if one in arm.modes)
+    mode = mode or _first_mode(arm, robot)
     seen = [*arm.joints, *_gripper_joints(robot)]
     slot, dim, axis, axis_name = _slot(mode, arm, robot)
     meaning, option = "output in [-1, 1], times scale, is SI", f"strength: {STRENGTH}"
@@ -207,6 +209,11 @@ def skill_skeleton(name: str, robot: RobotManifest, mode: str = "") -> dict[str,
             dim=dim, axis=axis, axis_name=axis_name, unit=unit, meaning=meaning
         ),
     }
+
+
+def _first_mode(arm: Part, robot: RobotManifest) -> str:
+    modes = [one for one in ARM_MODES if one in arm.modes]
+    return modes[-1 if arm.name in singular_homes(robot) else 0]
 
 
 def _slot(mode: str, arm: Part, robot: RobotManifest) -> tuple[str, int, int, str]:
