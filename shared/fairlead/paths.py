@@ -96,6 +96,11 @@ def user_access_dir() -> Path:
     return Path(override).absolute() if override else user_state_dir() / "access"
 
 
+def access_variable() -> str:
+    """Of the environment: what names another place for `user_access_dir`."""
+    return ACCESS_VARIABLE if os.environ.get(ACCESS_VARIABLE) else STATE_VARIABLE
+
+
 def skill_folders() -> tuple[Path, ...]:
     """Folders of skills, those that ship first: no other skill takes their name."""
     return (repo_root() / "rskills", user_skills_dir(), *_packaged("rskills"))

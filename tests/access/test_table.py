@@ -17,7 +17,7 @@ from fairlead.deploy.credentials import PASSWORDS, find_secrets
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
-from fairlead.paths import ACCESS_VARIABLE, repo_root
+from fairlead.paths import ACCESS_VARIABLE, STATE_VARIABLE, repo_root
 
 FILE = repo_root() / "compose" / "panda_mobile_sim.yaml"
 KEYS = Keys("tested")
@@ -119,6 +119,16 @@ def test_a_file_that_is_none_of_ours_is_refused(folder: Path, text: str) -> None
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     (tmp_path / "access").write_text("")
     with pytest.raises(ConfigError, match=f"{ACCESS_VARIABLE} names another folder"):
+        find_secrets(KEYS, ["hal"])
+
+
+def test_a_state_folder_that_cannot_be_made_is_named_by_its_own_variable(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.delenv(ACCESS_VARIABLE, raising=False)
+    monkeypatch.setenv(STATE_VARIABLE, str(tmp_path / "file"))
+    with pytest.raises(ConfigError, match=f"{STATE_VARIABLE} names another folder"):
         find_secrets(KEYS, ["hal"])
 
 

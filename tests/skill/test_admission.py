@@ -209,11 +209,12 @@ def test_a_hal_that_orders_the_robot_otherwise_is_refused_with_both_orders() -> 
     ]
 
 
-def test_a_hal_of_another_robot_is_refused() -> None:
+def test_a_hal_of_another_robot_is_refused_with_what_brings_a_changed_one_up() -> None:
     other = msgspec.structs.replace(HAL, robot_hash=bytes(32), period_ns=20_000_000)
     assert admission_problems(SKILL, ROBOT, other) == [
         f"robot hash: the robot's manifest says {ROBOT.robot_hash.hex()[:16]}, "
-        "the HAL says 0000000000000000",
+        "the HAL says 0000000000000000; robot.yaml or its description is not what the HAL "
+        "started with: fairlead robot compile panda_mobile, then fairlead down and fairlead up",
         "control period [ns]: the robot's manifest says 50000000, the HAL says 20000000",
     ]
 

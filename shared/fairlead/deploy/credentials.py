@@ -22,7 +22,7 @@ from typing import Any
 from fairlead.deploy.access import Secrets
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
-from fairlead.paths import ACCESS_VARIABLE, user_access_dir
+from fairlead.paths import access_variable, user_access_dir
 
 PASSWORDS = "passwords"
 
@@ -51,7 +51,7 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
     except OSError as error:
         raise ConfigError(
             f"access: {error.filename or folder}: cannot be read or made: {error.strerror}; "
-            f"{ACCESS_VARIABLE} names another folder"
+            f"{access_variable()} names another folder"
         ) from None
     return Secrets(known, file)
 

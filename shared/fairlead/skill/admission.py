@@ -215,8 +215,13 @@ def _identity_problems(robot: RobotManifest, hal: HalStatus) -> list[str]:
         ("robot hash", robot.robot_hash.hex()[:16], hal.robot_hash.hex()[:16]),
         ("control period [ns]", robot.tick_period_ns, hal.period_ns),
     )
+    changed = (
+        "; robot.yaml or its description is not what the HAL started with: "
+        f"fairlead robot compile {robot.id}, then fairlead down and fairlead up"
+    )
     return [
         f"{what}: the robot's manifest says {_plain(ours)}, the HAL says {_plain(theirs)}"
+        + (changed if what == "robot hash" else "")
         for what, ours, theirs in pairs
         if ours != theirs
     ]
