@@ -153,6 +153,26 @@ def arm_of(limit: str = 'lower="-2" upper="2"', origin: str = "0 0 0.1", size: s
             arm_of().replace(">", ' xmlns:x="http://ros.org/wiki/xacro"><x:include/>', 1),
             "arm.urdf: expected no xacro, got <xacro:include>; xacro is not a URDF yet",
         ),
+        (
+            arm_of().replace(
+                '<joint name="f" type="fixed">',
+                '<joint name="j" type="prismatic"><limit lower="0" upper="1" velocity="1"/>',
+            ),
+            "ERROR the draft's robot.yaml: ",
+        ),
+        (
+            arm_of(limit="").replace("revolute", "floating"),
+            "arm.urdf: joint 'j': type: expected one that turns about, or slides along, one axis, "
+            "got 'floating' (valid: revolute, continuous, prismatic, fixed)",
+        ),
+        (
+            arm_of().replace('<parent link="b"/>', '<parent link="bb"/>'),
+            "arm.urdf: parent of link 'end': expected a link, got 'bb' (valid: a, b, end)",
+        ),
+        (
+            arm_of().replace('<cylinder radius="0.05" length="0.05"/>', '<mesh filename="m.stl"/>'),
+            "arm.urdf: Error: decoder failed for mesh file 'm.stl'",
+        ),
         (arm_of(limit=""), "joint 'j': lower and upper: expected a range, got none"),
         (
             arm_of(origin="0 0 70"),
@@ -174,6 +194,7 @@ def test_other_units_are_asked_about_and_errors_name_the_given_file(
     urdf: str, said: str, desk: Desk
 ) -> None:
     (desk.folder / URDF).write_text(urdf)
+    (desk.folder / "m.stl").write_text("solid m")
     done = desk.new("mine", "--urdf", URDF)
     assert done.returncode == 1
     assert said in done.stderr, done.stderr

@@ -136,7 +136,7 @@ def test_a_urdf_that_is_of_another_arm_is_refused_with_mm_and_rad_by_link(
     other = desk.write("maker.urdf", urdf.replace(old, new))
     done = desk.new("mine", "--mjcf", EXAMPLE, "--urdf", other)
     assert done.returncode == 1
-    assert "mine.urdf and my_arm.xml are not the same robot: over 20 random poses" in done.stderr
+    assert f"the URDF and {EXAMPLE} are not the same robot: over 20 random poses" in done.stderr
     named = [
         line.split()[1].rstrip(":") for line in done.stderr.splitlines() if " off body " in line
     ]

@@ -147,6 +147,10 @@ def _check_names(document: ET.Element, links: list[Link], path: str) -> None:
         for name, count in Counter(names).items():
             if count > 1:
                 raise ConfigError(f"{path}: {what} {name!r} is declared {count} times")
+    for link in links:
+        if link.parent not in declared:
+            who = f"{path}: parent of link {link.name!r}"
+            raise ConfigError(expected(who, "a link", repr(link.parent), declared))
     for name, count in Counter(link.name for link in links).items():
         if name not in declared:
             raise ConfigError(expected(f"{path}: child", "a link", repr(name), declared))

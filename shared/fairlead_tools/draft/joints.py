@@ -19,6 +19,7 @@ from fairlead_tools.draft.derived_urdf import (
 )
 from fairlead_tools.draft.source_model import WHO, SourceModel
 
+_TYPES = ("revolute", "continuous", "prismatic")
 _SPEED = {"rad": 1.0, "m": 0.1}  # assumed where no file says one [per s]
 _REACHED_IN_S = 0.2  # assumed: the time to full speed
 _EFFORT = {"rad": 10.0, "m": 20.0}  # assumed [N m, N]
@@ -108,6 +109,9 @@ def _draft(
 ) -> DraftJoint:  # fmt: skip
     name, kind = joint.get("name", ""), joint.get("type", "")
     who = f"{WHO}: {file}: joint {name!r}"
+    if kind not in _TYPES:
+        what = "one that turns about, or slides along, one axis"
+        raise ConfigError(expected(f"{who}: type", what, repr(kind), (*_TYPES, "fixed")))
     told = {key: _limit(joint, key, who) for key in ("lower", "upper", "effort", "velocity")}
     _check_place(joint, who)
     unit = "m" if kind == "prismatic" else "rad"

@@ -87,7 +87,7 @@ def matched_frames(
         if not one.is_fixed
     )
     raise ConfigError(
-        f"{WHO}: {robot.description} and {source.path.name} are not the same robot: over "
+        f"{WHO}: the URDF and {source.path} are not the same robot: over "
         f"{_SAMPLES} random poses\n{wrong}\ncorrect one of them, or leave out --urdf: it is then "
         "made of the MJCF"
     )

@@ -29,7 +29,7 @@ from fairlead_tools.draft.robot_document import DraftRobot
 from fairlead_tools.draft.robot_text import robot_text
 from fairlead_tools.draft.source_model import WHO, SourceModel, load_source
 from fairlead_tools.draft.urdf_file import read_urdf
-from fairlead_tools.draft.urdf_meshes import copied_urdf
+from fairlead_tools.draft.urdf_meshes import MESHES, copied_urdf
 from fairlead_tools.shape.geometry import drawn_links, geometry_source
 from fairlead_tools.shape.robot_shape import RobotShape
 
@@ -95,13 +95,24 @@ def new_robot(asked: Asked, say: Callable[[str], None]) -> Drafted:
     except OSError as error:
         where = error.filename or folder
         raise ConfigError(f"{WHO}: cannot write {where}: {error.strerror}") from None
-    except ConfigError as error:  # of the copy, which is about to go
-        given = str(asked.urdf or asked.mjcf)
-        raise ConfigError(str(error).replace(str(folder / f"{asked.id}.urdf"), given)) from None
+    except ConfigError as error:
+        raise ConfigError(_of_given_files(str(error), asked, folder)) from None
     finally:
         if not done:
             shutil.rmtree(folder, ignore_errors=True)
     return drafted
+
+
+def _of_given_files(said: str, asked: Asked, folder: Path) -> str:
+    """An error that names what a person has: the copies that it is of are about to go."""
+    for copy, given in (
+        (f"{folder}/{asked.id}.urdf", str(asked.urdf or asked.mjcf)),
+        (f"{folder}/{asked.id}.xml", str(asked.mjcf)),
+        (f"{folder}/{MESHES}/", ""),
+        (f"{folder}/", "the draft's "),
+    ):
+        said = said.replace(copy, given)
+    return said
 
 
 def _filled(

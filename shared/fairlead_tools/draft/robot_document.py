@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -176,6 +177,8 @@ class DraftRobot:
 
     def _across(self, joint: DraftJoint) -> float:
         """Just less than its whole range in a period."""
+        if joint.lower is None:
+            return math.inf
         return _rounded(0.999 * joint.span / (self.period_ms * 1e-3))
 
     def _acceleration(self, joint: DraftJoint) -> float:

@@ -14,7 +14,8 @@ from fairlead.errors import ConfigError
 from fairlead_tools.draft.source_model import WHO
 from fairlead_tools.draft.urdf_file import read_urdf
 
-_FOLDER = "meshes"
+MESHES = "meshes"
+"""The copies' folder in a robot's."""
 _PACKAGE = "package://"
 _FILENAME = re.compile(r"""(\bfilename\s*=\s*)("[^"]*"|'[^']*')""")
 
@@ -43,9 +44,9 @@ def copied_urdf(path: Path, folder: Path, *, with_meshes: bool) -> str:
         if found not in copies:  # another folder may have a mesh of the same name
             taken = f"{len(copies)}_" if found.name in copies.values() else ""
             copies[found] = f"{taken}{found.name}"
-            (folder / _FOLDER).mkdir(exist_ok=True)
-            shutil.copyfile(found, folder / _FOLDER / copies[found])
-        named[name] = f"{_FOLDER}/{copies[found]}"
+            (folder / MESHES).mkdir(exist_ok=True)
+            shutil.copyfile(found, folder / MESHES / copies[found])
+        named[name] = f"{MESHES}/{copies[found]}"
     return _FILENAME.sub(lambda found: _renamed(found, named), text)
 
 
