@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
+import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any, TypeVar
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import NoAnswerError
+from fairlead.errors import FairleadError, NoAnswerError
 from fairlead.keys import Keys
 from fairlead.messages import (
     ArmReply,
@@ -196,6 +198,15 @@ class RobotClient:
     def load(self, skill: str, runner: str = "") -> Done:
         """As `Robot.load`."""
         return self._do(self._robot.load(skill, runner))
+
+    def load_meanwhile(self, skill: str, runner: str = "") -> None:
+        """As `load`, without waiting for what comes of it: the skill's goal will say that."""
+
+        def load() -> None:
+            with suppress(FairleadError, asyncio.CancelledError):
+                self.load(skill, runner)
+
+        threading.Thread(target=load, name="load", daemon=True).start()
 
     def cancel(self, runner: str, goal_id: int) -> Done:
         """As `Robot.cancel`."""

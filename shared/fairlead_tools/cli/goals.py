@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import dataclasses
-import threading
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from typing import Annotated, Any
 
 import msgspec
 import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.errors import ConfigError, FairleadError, RefusedError, expected
+from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
 from fairlead.operate.chain import ChainRun
 from fairlead.operate.client import SEEN_S, RobotClient
@@ -180,7 +177,7 @@ def _run(
     try:
         with ProgressLine(quiet=told is not None) as line, goal:
             if then is not None:
-                _load_meanwhile(client, then)
+                client.load_meanwhile(then.skill, then.runner)
             for progress in goal:
                 line.show(progress.line())
     finally:
@@ -193,14 +190,6 @@ def _run(
         elif goal.stopped:
             echo(goal.stopped, err=True)
     return progress
-
-
-def _load_meanwhile(client: RobotClient, wish: GoalOptions) -> None:
-    def load() -> None:
-        with suppress(FairleadError, asyncio.CancelledError):  # its goal will say it
-            client.load(wish.skill, wish.runner)
-
-    threading.Thread(target=load, name="load", daemon=True).start()
 
 
 def _print_result(skill: str, result: GoalResult) -> None:
