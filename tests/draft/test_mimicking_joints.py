@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -26,12 +28,14 @@ def tied_hand(desk: Desk) -> tuple[str, str]:
     return str(model), urdf
 
 
+@pytest.mark.parametrize("prefix", ["", "acme_"])
 def test_another_multiplier_than_the_models_is_refused_by_link_and_found_by_the_check(
-    desk: Desk,
+    prefix: str, desk: Desk
 ) -> None:
     model, urdf = tied_hand(desk)
     wrong = urdf.replace(COUPLED, COUPLED.replace('"-1"', '"1"'))
-    done = desk.new("mine", "--mjcf", model, "--urdf", desk.write("maker.urdf", wrong))
+    named = re.sub(r'<(joint name|mimic joint)="', rf'<\1="{prefix}', wrong)
+    done = desk.new("mine", "--mjcf", model, "--urdf", desk.write("maker.urdf", named))
     assert done.returncode == 1
     assert "are not the same robot" in done.stderr
     assert "link right_finger: " in done.stderr and "link left_finger: " not in done.stderr

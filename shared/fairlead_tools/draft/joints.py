@@ -245,12 +245,17 @@ def same_joints(urdf: ET.Element, source: SourceModel) -> dict[str, int]:
     return {one.get("name", ""): _same(one.get("name", ""), names) for one in moving_joints(urdf)}
 
 
-def _same(name: str, names: Mapping[int, str]) -> int:
+def joints_called(name: str, names: Mapping[int, str]) -> Sequence[int]:
+    """Numbers of the model's joints that may be the URDF's of this name."""
     exact = [joint for joint, called in names.items() if called == name]
-    found: Sequence[int] = exact or [
+    return exact or [
         joint for joint, called in names.items()
         if called.endswith(name) or called.startswith(name) or name.endswith(called)
     ]  # fmt: skip
+
+
+def _same(name: str, names: Mapping[int, str]) -> int:
+    found = joints_called(name, names)
     if len(found) != 1:
         who = f"{WHO}: joint {name!r} of the URDF"
         what = "one joint of its name in the MJCF"

@@ -14,6 +14,7 @@ from fairlead.messages import FloatArray
 from fairlead.robot.description import DescriptionTree, description_tree
 from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.draft.derived_urdf import pose_of
+from fairlead_tools.draft.joints import joints_called
 from fairlead_tools.draft.matched_frames import Offset, matched_frames
 from fairlead_tools.draft.robot_document import DraftRobot
 from fairlead_tools.draft.source_model import WHO, SourceModel
@@ -42,13 +43,20 @@ def with_frames(
         for one in tree.links
         if one.mimic is not None and (number := _joint(source, one.mimic.name)) >= 0
     }
+    tied = {
+        one.follower: str(model.joint(one.follower).name)
+        for one in joint_ties(model, same.values())
+    }
+    told = {
+        one.name: int(model.jnt_bodyid[found[0]])
+        for one in tree.links
+        if one.mimic is not None and len(found := joints_called(one.mimic.name, tied)) == 1
+    }
     alike = {
         name: body
         for name in tree.frames[1:]
-        if name not in {**moved, **tools, **led} and (body := _body(source, name)) >= 0
+        if name not in {**moved, **tools, **led, **told} and (body := _body(source, name)) >= 0
     }
-    tied = {int(model.jnt_bodyid[one.follower]) for one in joint_ties(model, same.values())}
-    told = {name: body for name, body in led.items() if body in tied}
     base, offsets = matched_frames(robot, tree, source, {**tools, **moved, **told}, alike, same)
     root = str(model.body(base).name)
     frames = {name: f"body:{model.body(body).name}" for name, body in led.items()}
