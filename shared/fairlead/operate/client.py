@@ -199,15 +199,6 @@ class RobotClient:
         """As `Robot.load`."""
         return self._do(self._robot.load(skill, runner))
 
-    def load_meanwhile(self, skill: str, runner: str = "") -> None:
-        """As `load`, without waiting for what comes of it: the skill's goal will say that."""
-
-        def load() -> None:
-            with suppress(FairleadError, asyncio.CancelledError):
-                self.load(skill, runner)
-
-        threading.Thread(target=load, name="load", daemon=True).start()
-
     def cancel(self, runner: str, goal_id: int) -> Done:
         """As `Robot.cancel`."""
         return self._do(self._robot.cancel(runner, goal_id))
@@ -263,3 +254,13 @@ class RobotClient:
             return subscribe(self._robot, *words, **options)
 
         return BlockingSubscription(self._thread, self._do(made()))
+
+
+def load_meanwhile(client: RobotClient, skill: str, runner: str = "") -> None:
+    """As `Robot.load`, without waiting for what comes of it: the skill's goal will say that."""
+
+    def load() -> None:
+        with suppress(FairleadError, asyncio.CancelledError):
+            client.load(skill, runner)
+
+    threading.Thread(target=load, name="load", daemon=True).start()

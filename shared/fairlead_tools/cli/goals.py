@@ -13,7 +13,7 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
 from fairlead.operate.chain import ChainRun
-from fairlead.operate.client import SEEN_S, RobotClient
+from fairlead.operate.client import SEEN_S, RobotClient, load_meanwhile
 from fairlead.operate.connection import choose_file
 from fairlead.operate.goal import Progress
 from fairlead.operate.goal_run import GoalOptions
@@ -177,7 +177,7 @@ def _run(
     try:
         with ProgressLine(quiet=told is not None) as line, goal:
             if then is not None:
-                client.load_meanwhile(then.skill, then.runner)
+                load_meanwhile(client, then.skill, then.runner)
             for progress in goal:
                 line.show(progress.line())
     finally:
