@@ -131,7 +131,7 @@ def robot(
 
 @pytest.mark.parametrize(
     ("robot", "runners"),
-    [(("panda_mobile_sim", "lockstep", runners), runners) for runners in (ONE, TWO)],
+    [(("panda_mobile_sim", "lockstep", TWO), TWO)],
     indirect=["robot"],
 )
 def test_pick_drive_and_place_as_three_skills_do_the_task_and_no_part_holds_between(
