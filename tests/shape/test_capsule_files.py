@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import mujoco
@@ -19,6 +20,7 @@ from fairlead_tools.shape.geometry import geometry_source
 from fairlead_tools.shape.robot_model import robot_model
 from fairlead_tools.shape.robot_shape import RobotShape
 from tests.cli.command import fairlead_here as fairlead
+from tests.shape.own_robot import own_robot
 from tests.shape.solid_points import farthest_out
 
 ROUNDING_M = 1e-6  # the URDF's angles and the model's are rounded
@@ -108,6 +110,20 @@ def test_a_file_that_leaves_geometry_out_is_told() -> None:
     assert problem.startswith("panda_hand reaches 0.00")
     without = [one for one in capsules if one.link != "panda_link5"]
     assert any(line.startswith("panda_link5 reaches inf") for line in shape.uncovered(without))
+
+
+def test_compiling_warns_of_a_link_that_reaches_out_of_its_capsules(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = own_robot(tmp_path, monkeypatch) / "capsules.yaml"
+    assert "WARNING" not in fairlead("robot", "compile", "mine", state=tmp_path).stderr
+    radius = re.search(r"link: panda_hand\b.*?radius_m: ([\d.]+)", file.read_text(), re.S)
+    assert radius is not None
+    thinner = radius[0].replace(radius[1], f"{float(radius[1]) - 0.005:g}")
+    file.write_text(file.read_text().replace(radius[0], thinner))
+    done = fairlead("robot", "compile", "mine", state=tmp_path)
+    assert done.returncode == 0
+    assert re.search(r"WARNING mine: panda_hand reaches 0\.00\d+ m out of its", done.stderr)
 
 
 def test_no_pair_is_near_at_rest() -> None:

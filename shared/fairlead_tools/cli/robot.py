@@ -13,7 +13,7 @@ from fairlead.errors import ConfigError
 from fairlead.paths import robot_dir, robot_ids
 from fairlead.robot.capsules import load_capsules
 from fairlead.robot.gate_file import compile_gate_config
-from fairlead.robot.manifest import load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example, make_group
 from fairlead_tools.cli.robot_capsules import capsules_command
@@ -182,7 +182,7 @@ def compile_command(
     """Compile robot.yaml into gate.PROFILE.json, one file for each safety profile.
 
     Where robot.yaml names a simulator's model, or ROBOT.xml lies beside it, its frames are
-    compared with the description's first.
+    compared with the description's first, and its geometry with the capsules.
     """
     manifest = load_robot(robot)
     from fairlead_tools.shape.robot_model import robot_model  # takes long: not for a misspelt name
@@ -191,6 +191,7 @@ def compile_command(
     nothing = f"robot.yaml names none (simulator.model), and {robot}.xml is not there"
     alone = f"{manifest.description} is compared with no model: {nothing}"
     echo(alone if model is None else model.check())
+    _warn_of_uncovered(manifest)
     stale = []
     for profile in manifest.safety:
         path = robot_dir(robot) / f"gate.{profile}.json"
@@ -207,6 +208,19 @@ def compile_command(
         echo(f"ERROR {path} is not current; fix: fairlead robot compile {robot}", err=True)
     if stale:
         raise typer.Exit(1)
+
+
+def _warn_of_uncovered(manifest: RobotManifest) -> None:
+    """The gate sees nothing of a robot but its capsules."""
+    from fairlead_tools.shape.geometry import geometry_source
+    from fairlead_tools.shape.robot_shape import RobotShape
+
+    try:
+        shape = RobotShape(manifest, geometry_source(manifest, None), lambda _: None)
+    except ConfigError:
+        return  # nothing here has its geometry
+    for problem in shape.uncovered(load_capsules(manifest).capsules):
+        echo(f"WARNING {manifest.id}: {problem}", err=True)
 
 
 def _write(path: Path, text: str) -> None:
