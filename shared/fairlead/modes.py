@@ -39,6 +39,11 @@ class ControlMode(IntEnum):
         """True where the width is the robot's number of commanded joints."""
         return self in _JOINT_MODES
 
+    @property
+    def is_gripper_mode(self) -> bool:
+        """True where the one number says how far a gripper is open, or whether it is."""
+        return self in (ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION)
+
     def width(self, n_dof: int) -> int:
         """Numbers per row for a robot with ``n_dof`` commanded joints."""
         return n_dof if self.is_joint_mode else _FIXED_WIDTHS[self]

@@ -205,7 +205,10 @@ def _is_tree(folder: Path) -> bool:
 
 def _is_own(folder: Path) -> bool:
     """Nobody but this user and root may put anything there."""
-    status = folder.stat()
+    try:
+        status = folder.stat()
+    except OSError:  # who may not look at it has no tree there
+        return False
     return status.st_uid in (0, os.geteuid()) and not status.st_mode & 0o002
 
 

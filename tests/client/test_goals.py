@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import re
+import time
 from collections.abc import AsyncIterator
 
 import pytest
@@ -12,6 +13,7 @@ import pytest_asyncio
 
 from fairlead import Robot, RunningGoal, connect
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError
+from fairlead.messages import GoalResult
 from fairlead.operate import goal as goal_module
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
 from tests.client.turns import turns, until
@@ -30,7 +32,7 @@ async def robot(scripted: ScriptedRobot) -> AsyncIterator[Robot]:
         yield robot
 
 
-async def waiting_for(goal: RunningGoal) -> asyncio.Task[object]:
+async def waiting_for(goal: RunningGoal) -> asyncio.Task[GoalResult]:
     """A task that waits for the result, and does so already."""
     task = asyncio.ensure_future(goal.result())
     await turns()
@@ -203,6 +205,20 @@ async def test_a_runner_that_falls_silent_is_given_up(
     goal = await robot.run("s")
     with pytest.raises(NoAnswerError, match="^runner: nothing said of the goal for 0 s; see: "):
         await goal.result()
+
+
+async def test_a_program_that_was_paused_goes_on_with_its_goal(
+    robot: Robot, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paused_s, now_s = [0.0], time.monotonic
+    monkeypatch.setattr(time, "monotonic", lambda: now_s() + paused_s[0])
+    goal = await robot.run("s")
+    task = await waiting_for(goal)
+    paused_s[0] = 60.0
+    await turns()
+    assert not task.done()
+    scripted.say("ended", "succeeded")
+    assert (await task).outcome == "succeeded"
 
 
 async def test_leaving_the_robot_ends_its_goals(scripted: ScriptedRobot) -> None:

@@ -111,7 +111,7 @@ class Setpoints:
                 self._hold(part)
                 self._going.discard(part.name)
             else:
-                if given.mode not in _GRIPPER_MODES:
+                if not given.mode.is_gripper_mode:
                     self._openings.pop(part.name, None)
                     self._going.add(part.name)
                 MODES[given.mode](self, part, given)
@@ -203,8 +203,6 @@ MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
     ControlMode.COMPOSITE_MODE: Setpoints._composite_mode,
 }
 """The modes this HAL can follow."""
-
-_GRIPPER_MODES = (ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION)
 
 
 def _check_part(part: Part, hal: str) -> None:

@@ -18,8 +18,6 @@ from fairlead.robot.part import Part
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.slots import Slot
 
-_GRIPPER_MODES = ("gripper_binary", "gripper_position")
-
 
 class SlotFit(NamedTuple):
     """What a slot has done to the policy's numbers before they are scaled.
@@ -114,7 +112,8 @@ def _slot_problems(slot: Slot, robot: RobotManifest) -> list[str]:
         tools = {tool.name: tool for tool in robot.end_effectors}
         if slot.ee not in tools:
             return [_unknown("end effector", slot.ee, robot, tools)]
-        if slot.control_mode in _GRIPPER_MODES and not tools[slot.ee].actuated:
+        opens = slot.mode is not None and slot.mode.is_gripper_mode
+        if opens and not tools[slot.ee].actuated:
             return [f"end effector {slot.ee} of robot {robot.id} has actuated: false"]
     names = slot.joint_names or ()
     sliding = [joint.name for joint in robot.joints if joint.type == "prismatic"]

@@ -14,7 +14,6 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.profile_limits import profile_limits
 from fairlead_tools.conformance.row import Check, Row
-from fairlead_tools.conformance.small_rows import GRIPPERS
 from fairlead_tools.conformance.stage import Stage
 from fairlead_tools.measure.driven_robot import Moment
 
@@ -51,7 +50,7 @@ def gripper_checks(stage: Stage) -> Iterator[Row]:
     none = True
     for part, modes in stage.modes.items():
         for mode in modes:
-            if mode in GRIPPERS:
+            if mode.is_gripper_mode:
                 none = False
                 yield from _gripper(stage, part, mode)
     if none:

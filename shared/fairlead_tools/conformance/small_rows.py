@@ -21,7 +21,6 @@ MOVING_ROWS = 14
 """So many rows of a long chunk move: those after them keep a robot that does not hold in place."""
 CLEAR = 2.0
 """A row's step, in dead bands, where those are larger than the share of full scale."""
-GRIPPERS = (ControlMode.GRIPPER_POSITION, ControlMode.GRIPPER_BINARY)
 
 
 class SmallRows:
@@ -96,7 +95,7 @@ class SmallRows:
         for part in self.robot.parts:
             moving = [m for m in self.modes[part.name] if m is not ControlMode.COMPOSITE_MODE]
             if part.joints and part.hold != "keep_command" and moving:
-                gentle = [m for m in moving if m not in GRIPPERS]
+                gentle = [m for m in moving if not m.is_gripper_mode]
                 found[part.name] = (gentle or moving)[0]
         return found
 
