@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator
 
 import pytest
@@ -31,7 +32,7 @@ from fairlead.modes import ControlMode
 from fairlead.operate import part_claim
 from fairlead.wire.bus import Sample
 from tests.client.scripted_robot import CLAIM_ID, DEPLOYMENT, EPOCH, SESSION, ScriptedRobot
-from tests.client.turns import until
+from tests.client.turns import turns, until
 
 pytestmark = pytest.mark.asyncio
 STILL = [[0.0] * 6] * 4
@@ -198,6 +199,19 @@ async def test_a_gate_that_grants_nothing_more_to_hear_of_is_a_claim_lost(
     monkeypatch.setattr(part_claim, "LEASE_SILENCE_S", 0.0)
     with pytest.raises(ClaimLostError, match="^claim of planner lost: no lease for 0 s; is the "):
         await claim.next_tick(0.01)
+
+
+async def test_a_program_that_was_paused_keeps_a_claim_that_the_next_lease_grants(
+    claim: PartClaim, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now_s = time.monotonic
+    monkeypatch.setattr(time, "monotonic", lambda: now_s() + 60.0)
+    scripted.transforms(5, 0.5)
+    scripted.joints(5)
+    waiting = asyncio.ensure_future(claim.next_tick())
+    await turns()
+    scripted.lease()
+    assert (await waiting).number == 5
 
 
 async def test_what_cannot_be_claimed_is_said_before_anybody_is_asked(

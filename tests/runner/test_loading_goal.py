@@ -50,6 +50,12 @@ def test_a_goal_is_ended_while_its_policy_loads(
         server.close()
 
 
+def with_another_skill(world: ScriptedWorld, server: str) -> ScriptedWorld:
+    """Its runner, not yet started, offers PI05 as well, whose policy is at ``server``."""
+    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: server}}
+    return world
+
+
 def load(world: ScriptedWorld, skill: str) -> str:
     request = Load(skill=skill, by="test")
     return decode(Done, world.bus.query(world.keys.load("runner"), request, 10.0)).text
@@ -58,8 +64,8 @@ def load(world: ScriptedWorld, skill: str) -> str:
 def test_a_policy_is_loaded_while_a_goal_of_another_one_runs(
     make_world: Callable[..., ScriptedWorld],
 ) -> None:
-    world, server = make_world(), OpenpiServer(lambda request, number: None)
-    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: server.address}}
+    server = OpenpiServer(lambda request, number: None)
+    world = with_another_skill(make_world(), server.address)
     try:
         world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
         goal = world.start_goal()
@@ -78,8 +84,8 @@ def test_a_policy_is_loaded_while_a_goal_of_another_one_runs(
 def test_a_server_that_answers_the_goal_that_runs_is_not_asked_for_the_next(
     make_world: Callable[..., ScriptedWorld],
 ) -> None:
-    world, server = make_world(), OpenpiServer(lambda request, number: None)
-    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: server.address}}
+    server = OpenpiServer(lambda request, number: None)
+    world = with_another_skill(make_world(), server.address)
     try:
         world.start_runner({"backend": "openpi", "options": {"address": server.address}})
         goal = world.start_goal()
@@ -93,8 +99,7 @@ def test_a_server_that_answers_the_goal_that_runs_is_not_asked_for_the_next(
 def test_a_policy_that_could_not_be_loaded_is_said_and_the_runner_goes_on(
     make_world: Callable[..., ScriptedWorld], tmp_path: Path
 ) -> None:
-    world = make_world()
-    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: "ws://127.0.0.1:9"}}
+    world = with_another_skill(make_world(), "ws://127.0.0.1:9")  # nobody is there
     world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
     load(world, PI05)
     log = tmp_path / "runner.log"
@@ -106,8 +111,7 @@ def test_a_policy_that_could_not_be_loaded_is_said_and_the_runner_goes_on(
 def test_a_load_for_which_there_is_no_room_ends_neither_the_runner_nor_its_goal(
     make_world: Callable[..., ScriptedWorld], tmp_path: Path
 ) -> None:
-    world = make_world()
-    world.options |= {"skills": [SKILL.id, PI05], "servers": {PI05: "ws://127.0.0.1:9"}}
+    world = with_another_skill(make_world(), "ws://127.0.0.1:9")  # nobody is there
     world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
     goal = world.start_goal()
     assert world.runner is not None

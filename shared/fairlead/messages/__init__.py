@@ -61,14 +61,7 @@ from fairlead.messages.gate import (
     Release,
     Verdict,
 )
-from fairlead.messages.goal import (
-    Cancel,
-    Goal,
-    GoalAccepted,
-    GoalFeedback,
-    GoalResult,
-    Load,
-)
+from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult, Load
 from fairlead.messages.message import (
     NO_HASH,
     NO_TRACE,

@@ -21,14 +21,7 @@ from fairlead.messages.gate import (
     Release,
     Verdict,
 )
-from fairlead.messages.goal import (
-    Cancel,
-    Goal,
-    GoalAccepted,
-    GoalFeedback,
-    GoalResult,
-    Load,
-)
+from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult, Load
 from fairlead.messages.message import U64, Bytes, Message, Record
 from fairlead.messages.operation import (
     Arm,
