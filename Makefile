@@ -1,6 +1,6 @@
 # Every target is one script or command: read it there. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo check test peers soak faults coverage mutate sanitize tsan fuzz audit zenohc zenohd lint bench wheel clean
+.PHONY: help setup demo check test thorough peers soak faults coverage mutate sanitize tsan fuzz audit zenohc zenohd lint bench wheel clean
 # One at a time: the stages build on each other.
 .NOTPARALLEL:
 
@@ -16,8 +16,11 @@ demo: setup ## the robot does its task, in the simulator; ARGS=--realtime shows 
 check: ## the tests that start no process and no simulator, after a set-up: under two minutes
 	@scripts/test -q -n auto --dist loadfile -m "not processes and not simulator and not soak"
 
-test: setup ## every test; scripts/test PATH runs some of them
+test: setup ## the gate's and the Python tests; scripts/test PATH runs some of them
 	@scripts/test
+
+thorough: setup ## what make test leaves to CI: longer tests of what it shows in short
+	@scripts/test --thorough
 
 peers: setup ## policy clients against published code; OPENPI, GROOT, RLDX, LEROBOT name where it is
 	@scripts/peers

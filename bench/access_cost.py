@@ -5,8 +5,8 @@ the machine does to one it does to the other.
 
     .venv/bin/python -m bench.access_cost [--count 2000] [--write]
 
-Prints medians and their ratio: of the hop from candidate to SafeChunk, back to back, and of a
-tick of the loop in lockstep. --write puts the table into docs/speed.md.
+Prints medians and their ratio: of the hop from candidate to SafeChunk, back to back and at 20 Hz,
+and of a tick of the loop in lockstep. --write puts the table into docs/speed.md.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from bench.gate_hop import CASES, Arrival
 from bench.loop import DEADLINE_TICKS, SKILL, prepare
 from bench.page import write_table
 from fairlead.messages import encode
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import SKILLS_VARIABLE, gate_config
 from fairlead.skill.manifest import load_skill
@@ -36,6 +36,7 @@ from fairlead_tools.supervisor.scratch import scratch_robot
 
 AIM = 1.03
 WARM_UP = 100
+PAUSE_S = 0.025  # two in a period of 20 Hz
 SEED = 0
 
 
@@ -50,23 +51,26 @@ class Gate:
         self.scene.safe.close()  # its work would count as the gate's
         self.safe = Arrival(self.scene.bus, self.scene.keys.safe("runner"))
 
-    def hop_us(self) -> float:
+    def hop_us(self, pause_s: float = 0.0) -> float:
         """One chunk of one row, from just before it is sent to its released row."""
         chunk = self.scene.chunk(1, parts=(self.case.part(self.scene, 1),))
+        time.sleep(pause_s)
         taken_us = self.safe.after(self.scene.send_bytes, encode(chunk))
         verdict = self.scene.verdicts.wait_for(lambda m: m.seq == chunk.seq)
         self.scene.acted_on(verdict, 0)
         return taken_us
 
 
-def hops_us(folder: Path, count: int) -> np.ndarray:
-    """Pairs of hops, open and closed."""
+def hops_us(folder: Path, count: int, pause_s: float) -> np.ndarray:
+    """Pairs of hops, open and closed, with a pause before each."""
     with ExitStack() as stack:
+        folder.mkdir()
         gates = [Gate(folder / name, name == "closed") for name in ("open", "closed")]
         for gate in gates:
             stack.callback(gate.scene.close)
-        pairs = [[gate.hop_us() for gate in gates] for _ in range(WARM_UP + count)]
-    return np.array(pairs[WARM_UP:])
+        for gate in gates * WARM_UP:
+            gate.hop_us()
+        return np.array([[gate.hop_us(pause_s) for gate in gates] for _ in range(count)])
 
 
 class Robot:
@@ -138,7 +142,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         parts: Sequence[tuple[str, Callable[[], np.ndarray]]] = (
-            ("hop", lambda: hops_us(folder, arguments.count)),
+            ("hop, back to back", lambda: hops_us(folder / "fast", arguments.count, 0.0)),
+            ("hop, at 20 Hz", lambda: hops_us(folder / "slow", arguments.count // 10, PAUSE_S)),
             ("tick of the loop", lambda: ticks_us(folder)),
         )
         lines += [row(what, measure()) for what, measure in parts]

@@ -24,10 +24,14 @@ settings.register_profile("fairlead", deadline=None)
 settings.load_profile("fairlead")
 
 # Skills that whoever runs the tests has installed are not part of what is tested.
-os.environ["FAIRLEAD_SKILLS"] = str(Path(tempfile.gettempdir()) / "fairlead-tests-no-skills")
+os.environ["FAIRLEAD_SKILLS"] = str(
+    Path(tempfile.gettempdir()) / f"fairlead-tests-{os.getuid()}-no-skills"
+)
 
 # Passwords of what tests start lie beside, whatever state folder a command is given.
-os.environ["FAIRLEAD_ACCESS"] = str(Path(tempfile.gettempdir()) / "fairlead-tests-access")
+os.environ["FAIRLEAD_ACCESS"] = str(
+    Path(tempfile.gettempdir()) / f"fairlead-tests-{os.getuid()}-access"
+)
 
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that:
 # the processes that tests interrupt must hear it wherever the tests were started.
@@ -78,6 +82,18 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 _failed: set[str] = set()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """What a test printed and logged, as a file would have it: pytest-xdist hands on UTF-8 alone,
+    and the worker of a test that logged a lone surrogate would end without a word."""
+    report = yield
+    report.sections = [
+        (title, text.encode("utf-8", "backslashreplace").decode("utf-8"))
+        for title, text in report.sections
+    ]
+    return report
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:

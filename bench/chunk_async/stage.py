@@ -22,11 +22,11 @@ from bench.equipment.motion_log import MotionLine
 from bench.equipment.turning import BASE, ROBOT, TurningBase
 from bench.faults.live_stage import SKILL, Changes
 from bench.faults.machine_stage import copy_tree, in_tree
-from bench.faults.proxy import lossy
+from bench.faults.proxy import forward, lossy
 from bench.faults.routed_stage import RoutedStage, routed_stage
 from bench.faults.row import MachineLateError
 from fairlead.messages import Hold, Verdict, decode
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Sample
 
@@ -102,8 +102,8 @@ class AsyncStage(RoutedStage):
     def bad_network(self, seed: int) -> int:
         """Lose and reorder the runner's messages until `good_network`; when [ns]."""
         proxy, rng = self.proxies["runner"], random.Random(seed)
-        proxy.set("up", lossy(LOST, OVERTAKEN, rng))
-        return proxy.set("down", lossy(LOST, OVERTAKEN, rng))
+        proxy.set("up", lossy(LOST, OVERTAKEN, rng), new_links=forward)
+        return proxy.set("down", lossy(LOST, OVERTAKEN, rng), new_links=forward)
 
     def add_skill(self, latency_s: float, way: Way, seed: int) -> tuple[str, Path]:
         """A skill with such a policy; its id, and where the policy writes its answers."""

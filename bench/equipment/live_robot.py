@@ -16,7 +16,7 @@ from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChunk, decode
 from fairlead.operate.client import RobotClient
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor import ServiceEvent, Supervisor

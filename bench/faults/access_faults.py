@@ -26,7 +26,7 @@ from fairlead.messages import (
     StopLevel,
     encode,
 )
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.wire.bus import Qos
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.session import ZenohBus

@@ -13,7 +13,7 @@ from bench.equipment.motion_log import longest_tick_ms
 from bench.equipment.rendering import CAN_RENDER
 from bench.faults.live_stage import LATE_TICK_MS, LiveStage, live_stage
 from bench.faults.row import MachineLateError, NotHereError
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import ScratchRobot
 

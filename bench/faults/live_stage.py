@@ -25,7 +25,7 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
 from fairlead.errors import FairleadError
 from fairlead.messages import GateState, GoalResult, Hold, Lease, decode
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.paths import repo_root, rskill_dir
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.command_line import service_command

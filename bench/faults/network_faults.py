@@ -69,8 +69,8 @@ def bad_network(service: str, rule: Callable[[], Rule], may_hold: bool, robot: R
     goal = robot.start_moving()
     proxy = robot.proxies[service]
     tick_ms = robot.tick_ms(time.monotonic_ns())
-    injected_ns = proxy.set("up", rule())
-    proxy.set("down", rule())  # one of its own: some remember batches
+    injected_ns = proxy.set("up", rule(), new_links=forward)
+    proxy.set("down", rule(), new_links=forward)  # one of its own: some remember batches
     threading.Event().wait(BAD_S)
     ended_ns = proxy.both(forward)
     every_row_was_judged_for_its_tick(robot)

@@ -19,7 +19,7 @@ from bench.faults.motion_rules import every_row_was_judged_for_its_tick, no_old_
 from bench.faults.row import Row, Shot
 from fairlead.errors import ServiceError
 from fairlead.messages import GateState
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 
 GATE_SLEEP_S = 5.0
 AFTER_TICKS = 20

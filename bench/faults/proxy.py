@@ -25,6 +25,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import IO, Literal
 
 Direction = Literal["up", "down"]
@@ -136,14 +137,21 @@ def keeps_every(nth: int) -> Rule:
     return rule
 
 
-class FaultProxy:
-    """Listens on a port of its own and passes connections on to another port.
+@dataclass(frozen=True)
+class _Rules:
+    """The rule for links older than ``since`` (time.monotonic), and for those made later."""
 
-    rules: by direction, changed at any time.
-    """
+    since: float
+    old_links: Rule
+    new_links: Rule
+
+
+class FaultProxy:
+    """Listens on a port of its own and passes connections on to another port."""
 
     def __init__(self, to_port: int) -> None:
-        self.rules: dict[Direction, Rule] = {"up": forward, "down": forward}
+        self._rules: dict[Direction, _Rules] = {}
+        self.both(forward)
         self._to_port = to_port
         sys.setswitchinterval(SWITCH_S)
         self._server = socket.create_server(("127.0.0.1", 0))
@@ -165,14 +173,26 @@ class FaultProxy:
             CLOCK_MONOTONIC just before [ns].
         """
         now_ns = time.monotonic_ns()
-        self.rules["up"] = self.rules["down"] = rule
+        self.set("up", rule)
+        self.set("down", rule)
         return now_ns
 
-    def set(self, direction: Direction, rule: Rule) -> int:
-        """A rule for one direction; when, as `both`."""
+    def set(self, direction: Direction, rule: Rule, new_links: Rule | None = None) -> int:
+        """A rule for one direction; when, as `both`.
+
+        Args:
+            new_links: the rule for links made from now on, if not the same. One that loses
+                single messages is not for them: no network loses what a session declares when
+                its link begins, for TCP sends it again, and without it the client stays mute.
+        """
         now_ns = time.monotonic_ns()
-        self.rules[direction] = rule
+        self._rules[direction] = _Rules(time.monotonic(), rule, new_links or rule)
         return now_ns
+
+    def rule(self, direction: Direction, made: float) -> Rule:
+        """What holds for a link made then (time.monotonic)."""
+        rules = self._rules[direction]
+        return rules.old_links if made < rules.since else rules.new_links
 
     def _accept(self) -> None:
         while True:
@@ -200,6 +220,7 @@ class _Pipe:
     ) -> None:
         self._proxy, self._direction = proxy, direction
         self._source, self._sink = source, sink
+        self._made = time.monotonic()
         self._due: list[tuple[float, int, bytes]] = []
         self._numbers = itertools.count()
         self._changed = threading.Condition()
@@ -212,7 +233,7 @@ class _Pipe:
         stream = self._source.makefile("rb")
         try:
             while batch := _next_batch(stream):
-                self._pass_on(self._proxy.rules[self._direction](batch))
+                self._pass_on(self._proxy.rule(self._direction, self._made)(batch))
         finally:
             with self._changed:
                 self._ended = True

@@ -13,7 +13,8 @@ async def main(deployment: str, skill: str, prompt: str) -> None:
         goal = await robot.run(skill, prompt=prompt, deadline_ticks=600)
         async for progress in goal:
             print(progress.line())
-        print((await goal.result()).outcome)
+        result = await goal.result()
+        print(f"{result.outcome}: {result.detail}")
         async for state in robot.joint_states():
             print(f"at tick {state.tick}: {floats(state.positions)}")
             break

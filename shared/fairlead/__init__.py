@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from fairlead.modes import ControlMode as ControlMode
     from fairlead.operate.client import RobotClient as RobotClient
     from fairlead.operate.connection import connect as connect
-    from fairlead.operate.goal import Progress as Progress
     from fairlead.operate.goal import RunningGoal as RunningGoal
+    from fairlead.operate.goal_hearing import Progress as Progress
     from fairlead.operate.part_claim import PartClaim as PartClaim
     from fairlead.operate.robot import Robot as Robot
     from fairlead.operate.services import RobotStatus as RobotStatus

@@ -1,7 +1,7 @@
 """A file of lines that a full or stuck disk cannot make anybody wait for.
 
-A thread writes; every line is handed to the operating system as soon as it is queued, so a
-killed process loses nothing that its writer had taken. A failed write is said once and ends
+A thread writes, in UTF-8; every line is handed to the operating system as soon as it is queued, so
+a killed process loses nothing that its writer had taken. A failed write is said once and ends
 that file's recording. A full file becomes ``<name>.1``, and what had that name goes.
 """
 
@@ -41,7 +41,7 @@ class LineWriter:
 
     def __init__(self, path: Path, *, afresh: bool = False, most_bytes: int = MOST_BYTES) -> None:
         self._path, self._most_bytes = path, most_bytes
-        self._mode = "w" if afresh else "a"
+        self._mode = "wb" if afresh else "ab"
         self._queue: queue.Queue[str | None] = queue.Queue(MAX_QUEUED)
         self.dropped = 0
         self._thread = threading.Thread(target=self._write, name=path.name, daemon=True)
@@ -68,10 +68,11 @@ class LineWriter:
 
     def _fill_file(self) -> bool:
         """Write what comes; True when the file is full, False at the end."""
-        with self._path.open(self._mode, encoding="ascii", buffering=1) as file:
+        with self._path.open(self._mode) as file:
             size = file.seek(0, os.SEEK_END) if file.seekable() else 0
             while (line := self._queue.get()) is not None:
-                size += file.write(line + "\n")
+                size += file.write(f"{line}\n".encode(errors="backslashreplace"))
+                file.flush()
                 if size >= self._most_bytes:
                     return True
         return False
@@ -80,8 +81,9 @@ class LineWriter:
         try:
             while self._fill_file():
                 set_aside(self._path)
-                self._mode = "a"
-        except OSError as error:
-            _LOG.error("%s: no longer recorded: %s", self._path, error.strerror)
+                self._mode = "ab"
+        except Exception as error:  # noqa: BLE001 - a recording never ends without a word
+            why = getattr(error, "strerror", None) or f"{type(error).__name__}: {error}"
+            _LOG.error("%s: no longer recorded: %s", self._path, why)
             while self._queue.get() is not None:
                 self.dropped += 1

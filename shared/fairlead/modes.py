@@ -40,6 +40,11 @@ class ControlMode(IntEnum):
         return self in _JOINT_MODES
 
     @property
+    def is_tool_mode(self) -> bool:
+        """True where the numbers say where an end effector goes."""
+        return self in _TOOL_MODES
+
+    @property
     def is_gripper_mode(self) -> bool:
         """True where the one number says how far a gripper is open, or whether it is."""
         return self in (ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION)
@@ -49,6 +54,9 @@ class ControlMode(IntEnum):
         return n_dof if self.is_joint_mode else _FIXED_WIDTHS[self]
 
 
+_TOOL_MODES = frozenset(
+    {ControlMode.CARTESIAN_POSE, ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST}
+)
 _JOINT_MODES = frozenset(
     {
         ControlMode.JOINT_POSITION,

@@ -246,8 +246,11 @@ def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> 
         return found[0]
     files = [one for parent in parents for one in parent.glob(f"*/{manifest}") if one.is_file()]
     known = sorted({one.parent.name for one in files})
+    valid = f"(valid: {', '.join(known) or 'none'})"
+    if "/" in name:
+        own = {"robot": ROBOTS_VARIABLE, "skill": SKILLS_VARIABLE}[what]
+        raise ConfigError(
+            f"{what} {name!r}: expected a name, not a path; {own} names a folder of more {valid}"
+        )
     begun = [parent for parent in parents if fits and (parent / name).is_dir()]
-    raise ConfigError(
-        f"{what} {name!r}: no file {(begun or parents)[0] / name / manifest} "
-        f"(valid: {', '.join(known) or 'none'})"
-    )
+    raise ConfigError(f"{what} {name!r}: no file {(begun or parents)[0] / name / manifest} {valid}")

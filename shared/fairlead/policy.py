@@ -140,6 +140,11 @@ class Observation:
         frames = self.frames.get(name)
         return self.images[name][None] if frames is None else frames
 
+    @property
+    def periods(self) -> int:
+        """Control periods for one row, as the newest answer has it; 1 before the first."""
+        return self.answers[-1].periods if self.answers else 1
+
     def rows_to_act(self) -> Actions:
         """Released rows that have not acted yet, in the order of their ticks: ``[n, dim]``.
 
@@ -157,7 +162,7 @@ class Observation:
         verdict counts as released, from the next period on. An answer's first n rows are too late,
         so a policy that chunks in real time repeats these and goes on.
         """
-        periods = self.answers[-1].periods if self.answers else 1
+        periods = self.periods
         ticks = range(self.tick, self.tick + self.delay_ticks + 1, periods)
         rows = list(takewhile(lambda row: row is not None, map(self._row_at, ticks)))
         return np.array(rows, np.float32) if rows else np.zeros((0, 0), np.float32)

@@ -26,6 +26,7 @@ from fairlead.paths import ACCESS_VARIABLE, repo_root
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.session import ZenohBus
 from fairlead_tools.certificates.authority import Authority
+from fairlead_tools.deploy.host_report import report_this
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead_here
 
@@ -136,6 +137,25 @@ def test_a_copy_has_no_keys_that_sign(authority: Authority, deployment: Deployme
     shutil.rmtree(authority.folder.parent / "signing")
     with pytest.raises(ConfigError, match="were copied here, the keys that signed them were not"):
         Authority(deployment)
+
+
+@pytest.mark.parametrize("path", ["signing", "signing/gpu.runner.pem"])
+def test_keys_that_sign_and_others_could_read_sign_no_more(
+    authority: Authority, deployment: Deployment, path: str
+) -> None:
+    leaked = authority.folder.parent / path
+    leaked.chmod(leaked.stat().st_mode | 0o040)
+    with pytest.raises(ConfigError, match=r"others may have copied the keys that sign: delete the"):
+        Authority(deployment)
+
+
+def test_deploy_check_warns_of_a_host_whose_tools_have_no_certificate(
+    authority: Authority, deployment: Deployment, file: Path
+) -> None:
+    assert report_this(file, deployment, "gpu").warnings == []
+    authority.revoke([("gpu", "operator")])
+    (warning,) = report_this(file, deployment, "gpu").warnings
+    assert warning.startswith("gpu: no tool reaches the robot from here: operator: no certificate")
 
 
 def renewed(authority: Authority, made: datetime) -> None:

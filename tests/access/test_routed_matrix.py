@@ -109,6 +109,7 @@ def test_closed_nothing_passes_but_what_the_table_says(
     assert walk.right > 600
 
 
+@pytest.mark.thorough
 def test_open_the_same_walk_finds_breaches(network: TwoNetworks, tmp_path: Path) -> None:
     with walker_of(network, tmp_path, "open") as walker:
         walker.honest("hal")

@@ -35,6 +35,7 @@ ROOT = repo_root()
 SOURCE = ROOT / "compose" / "panda_mobile_sim.yaml"
 LOCALISER = ROOT / "docs" / "examples" / "localiser.py"
 CALLS = 11
+PACINGS = ["lockstep", pytest.param("realtime", marks=pytest.mark.thorough)]
 X_M = 5.0
 SKILL, WATCHED = "where-am-i", "watched"
 MANIFEST = {
@@ -165,7 +166,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
+@pytest.mark.parametrize("pacing", PACINGS)
 def test_named_localiser_is_what_every_call_sees_and_its_absence_is_a_fault_with_its_name(
     folder: Path, pacing: Pacing
 ) -> None:
@@ -180,7 +181,7 @@ def test_named_localiser_is_what_every_call_sees_and_its_absence_is_a_fault_with
         assert len(seen) == CALLS or pacing == "realtime"
 
 
-@pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
+@pytest.mark.parametrize("pacing", PACINGS)
 def test_open_another_localiser_beside_the_named_one_is_a_fault_with_both_names(
     folder: Path, pacing: Pacing
 ) -> None:
@@ -193,7 +194,7 @@ def test_open_another_localiser_beside_the_named_one_is_a_fault_with_both_names(
         assert set(seen) <= {X_M}
 
 
-@pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
+@pytest.mark.parametrize("pacing", PACINGS)
 def test_open_a_localiser_that_the_deployment_does_not_name_is_a_fault_with_both_names(
     folder: Path, pacing: Pacing
 ) -> None:

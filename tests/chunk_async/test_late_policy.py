@@ -46,7 +46,11 @@ def lasts_and_leads_over(one: Run) -> bool:
     return one.never_stalls and not one.stalls and 0.0 < one.seam <= SEAM * one.naive
 
 
-@pytest.mark.parametrize("way", [BLENDED, PREFIX], ids=lambda way: way.name)
+@pytest.mark.parametrize(
+    "way",
+    [pytest.param(BLENDED, marks=pytest.mark.thorough), PREFIX],
+    ids=lambda way: way.name,
+)
 def test_rows_of_a_policy_as_slow_as_5_ticks_last_and_its_answers_lead_over(
     stage: AsyncStage, way: Way
 ) -> None:
@@ -54,6 +58,7 @@ def test_rows_of_a_policy_as_slow_as_5_ticks_last_and_its_answers_lead_over(
     assert lasts_and_leads_over(found), found
 
 
+@pytest.mark.thorough
 def test_rows_of_a_policy_slower_than_half_its_chunk_run_out(stage: AsyncStage) -> None:
     found = in_time(stage, 0.5, BLENDED, lambda one: one.stalls > 0)
     assert not found.never_stalls and found.stalls > 0

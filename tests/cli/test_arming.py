@@ -43,6 +43,11 @@ SERVICES = {
 }
 
 
+ENDED = GoalResult(
+    outcome="succeeded", decided_by="policy", kind="", detail="", first_tick=1, last_tick=2
+)
+
+
 @dataclass
 class ScriptedGate:
     """Answers arm, disarm and status; remembers what it was asked."""
@@ -52,6 +57,7 @@ class ScriptedGate:
     claims: tuple[ClaimInfo, ...] = ()
     is_busy: bool = False
     is_interrupted_by_arming: bool = False
+    is_interrupted_by_leaving: bool = False
     goal_id: int = 0
     goal_result: GoalResult | None = None
     asked: list[str] = field(default_factory=list)
@@ -79,6 +85,9 @@ class ScriptedGate:
     def status(self, payload: bytes) -> Message:
         if self.is_busy:
             raise RefusedError("safety", "busy")
+        if self.is_interrupted_by_leaving:
+            self.is_interrupted_by_leaving = False
+            signal.raise_signal(signal.SIGINT)
         return GateStatus(
             robot="r", profile=self.profile, session=1, epoch=1, state=self.state, cause="", fix="",
             latch_id=0, stop_ids=(), claims=self.claims, counters=(), state_tick=1,
@@ -167,6 +176,14 @@ def test_ctrl_c_while_it_arms_leaves_nothing_armed(
     assert gate.asked == ["arm", "disarm"]
 
 
+def test_ctrl_c_while_it_disarms_leaves_nothing_armed(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with pytest.raises(KeyboardInterrupt), armed(clients["sim"]):
+        gate.is_interrupted_by_leaving = True
+    assert gate.asked == ["arm", "disarm"]
+
+
 def test_it_does_not_disarm_under_another_claim(
     gate: ScriptedGate, clients: dict[str, RobotClient]
 ) -> None:
@@ -186,6 +203,15 @@ def test_it_disarms_under_the_claim_of_a_runner_that_has_died(
     assert gate.asked == ["arm", "disarm"]
 
 
+def test_it_disarms_under_a_claim_that_a_runner_without_a_goal_has_left(
+    gate: ScriptedGate, clients: dict[str, RobotClient]
+) -> None:
+    with armed(clients["sim"]):
+        gate.goal_id, gate.goal_result = 7, ENDED
+        gate.claims = (ClaimInfo(source="runner", skill="s", claim_id=5, parts=("base",)),)
+    assert gate.asked == ["arm", "disarm"]
+
+
 def test_no_new_episode_under_a_goal_that_has_not_claimed_yet(
     gate: ScriptedGate, clients: dict[str, RobotClient]
 ) -> None:
@@ -199,12 +225,9 @@ def test_no_new_episode_under_a_goal_that_has_not_claimed_yet(
 def test_it_does_not_disarm_under_a_goal_that_has_not_claimed_yet(
     has_ended: bool, gate: ScriptedGate, clients: dict[str, RobotClient]
 ) -> None:
-    ended = GoalResult(
-        outcome="succeeded", decided_by="policy", kind="", detail="", first_tick=1, last_tick=2
-    )
     with armed(clients["sim"]):
         gate.goal_id = 7
-        gate.goal_result = ended if has_ended else None
+        gate.goal_result = ENDED if has_ended else None
     assert gate.asked == (["arm", "disarm"] if has_ended else ["arm"])
 
 

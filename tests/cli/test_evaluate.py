@@ -121,6 +121,7 @@ def test_each_seed_has_its_row_and_all_together_their_share(
 
 
 @pytest.mark.processes
+@pytest.mark.thorough
 def test_a_slow_policy_is_tried_on_a_copy_of_the_robot_and_what_failed_is_drawn(
     tmp_path: Path,
 ) -> None:
@@ -186,12 +187,13 @@ class Eval:
 
 
 @pytest.mark.processes
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_one_cancels_the_goal_and_prints_what_it_has(
-    robot: ScratchRobot, tmp_path: Path
+    robot: ScratchRobot, tmp_path: Path, number: signal.Signals
 ) -> None:
     run = Eval(robot, tmp_path)
     run.wait_seed(after=0)
-    run.process.send_signal(signal.SIGINT)
+    run.process.send_signal(number)
     status, printed, rows = run.end()
     assert status == 130, printed
     assert {row[1] for row in rows} == {"succeeded"}

@@ -36,7 +36,11 @@ def robot(tmp_path: Path) -> Iterator[ScratchRobot]:
     scratch = make_scratch(
         repo_root() / "compose" / "panda_mujoco.yaml",
         tmp_path / "state",
-        ScratchOptions(pacing="realtime", options={"runner": {"policies": {SKILL: SLOW}}}),
+        ScratchOptions(
+            pacing="realtime",
+            hal={"run": "hal_kinematic"},
+            options={"runner": {"policies": {SKILL: SLOW}}},
+        ),
     )
     with scratch_robot(scratch, Registry(tmp_path / "registry")) as made:
         yield made
@@ -50,11 +54,22 @@ def run_until_it_moves(robot: ScratchRobot, registry: Path) -> subprocess.Popen[
         stderr=subprocess.PIPE,
         text=True,
     )
-    wait_for(lambda: dict(robot.client.gate_status().counters)["released"] > 0, "rows act")
+
+    def moves() -> bool:
+        assert run.poll() is None, run.communicate()
+        return dict(robot.client.gate_status().counters)["released"] > 0
+
+    wait_for(moves, "rows act")
     return run
 
 
-@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "ending",
+    [
+        signal.SIGINT,
+        *(pytest.param(one, marks=pytest.mark.thorough) for one in (signal.SIGTERM, signal.SIGHUP)),
+    ],
+)
 def test_an_interrupted_run_says_how_the_goal_ended_and_disarms(
     robot: ScratchRobot, tmp_path: Path, ending: signal.Signals
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import json
 import os
@@ -17,8 +18,10 @@ from typing import Any
 import pytest
 import yaml
 
+from fairlead.errors import TransportError
 from fairlead.operate.asker import OPERATOR_VARIABLE
 from fairlead.paths import repo_root
+from fairlead_tools.cli import arming
 from fairlead_tools.supervisor.child import is_ready_line
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
@@ -88,6 +91,30 @@ def test_a_stop_that_one_robot_does_not_take_is_an_error_and_stops_the_others(
     assert stopped.returncode == 1
     assert stopped.stdout.startswith(f"stopped {gates[1].id};")
     assert f"ERROR {gates[0].file}: NOT STOPPED: " in stopped.stderr
+
+
+def test_a_stop_is_said_before_its_session_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A session with a service that hangs takes 10 s to end, and its end may fail."""
+    said: list[str] = []
+
+    class Stops:
+        async def __aenter__(self) -> Stops:
+            return self
+
+        async def stop(self, reason: str) -> int:
+            return len(reason)
+
+        async def __aexit__(self, *_: object) -> None:
+            said.append(capsys.readouterr().out)
+            raise TransportError("the session does not end")
+
+    monkeypatch.setenv("FAIRLEAD_STATE", str(tmp_path))
+    monkeypatch.setattr(arming, "connect", lambda *_, **__: Stops())
+    assert asyncio.run(arming._stop(SOURCE, "hand in the cell"))
+    assert said == ["stopped panda_mobile; when it is safe: fairlead reset 0000000000000010\n"]
+    assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.processes

@@ -37,7 +37,13 @@ def test_robot_ls_lists_every_robot_with_its_parts_and_modes(tmp_path: Path) -> 
 
 def test_skill_check_passes_the_shipped_skill(tmp_path: Path) -> None:
     report = document("skill", "check", SKILL, state=tmp_path)
-    assert report == {"skill": SKILL, "robot": "panda_mobile", "admitted": True, "reasons": []}
+    assert report == {
+        "skill": SKILL,
+        "robot": "panda_mobile",
+        "admitted": True,
+        "reasons": [],
+        "warnings": [],
+    }
 
 
 def test_skill_show_prints_what_the_manifest_says(tmp_path: Path) -> None:

@@ -161,9 +161,13 @@ def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path
         log = tmp_path / name / "logs" / "up.log"
         said = "Z INFO up: state_assembler is ready again"
         wait_for(lambda: said in log.read_text(encoding="utf-8"), "its own lines are kept", 60.0)
+        assert fairlead("stop", state=state).returncode == 0
     finally:
         ended = fairlead("down", state=state)
-    assert ended.stdout == f"stopped {name}\n", ended.stderr
+    assert ended.stdout == (
+        f"stopped {name}\n"
+        "its gate (safety) did not end disarmed: it will start latched, until fairlead reset\n"
+    ), ended.stderr
 
 
 def test_a_detached_up_does_not_wait_for_what_somebody_else_starts(tmp_path: Path) -> None:

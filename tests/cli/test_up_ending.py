@@ -18,6 +18,7 @@ from tests.client.turns import turns
 async def test_ctrl_c_while_a_failed_up_disarms_does_not_hide_the_failure() -> None:
     asked: list[Answer] = []
     scripted = ScriptedRobot()
+    scripted.gate.undeclare()
     scripted.bus.serve_later(
         DEPLOYMENT.keys.gate_status, "safety", lambda payload, answer: asked.append(answer)
     )

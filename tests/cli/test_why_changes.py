@@ -45,7 +45,7 @@ def test_a_change_that_is_not_declared_is_told_by_its_modes_and_no_number(tmp_pa
     try:
         scene.meet_hal()
         scene.arm()
-        scene.take_claim("base", "composite")
+        scene.take_claim("arm", "base", "composite")
         speed = action(BASE, ControlMode.JOINT_VELOCITY, [0.0] * 11)
         scene.acted_on(scene.send(scene.chunk(rows=1, parts=(speed,))), 0, ("base",))
         changed_at = scene.hal.tick

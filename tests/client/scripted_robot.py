@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import dataclass, field
 
+from fairlead import RunningGoal
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import RefusedError
@@ -12,9 +14,11 @@ from fairlead.messages import (
     ArmReply,
     Cancel,
     Claim,
+    ClaimInfo,
     ClaimReply,
     Done,
     GateState,
+    GateStatus,
     Goal,
     GoalAccepted,
     GoalFeedback,
@@ -24,15 +28,18 @@ from fairlead.messages import (
     JointState,
     Lease,
     Message,
+    Outcome,
     Release,
     StopLevel,
     Transform,
     TransformBatch,
+    Verdict,
     decode,
     pack_floats,
 )
 from fairlead.wire.bus import Answer, Qos, Sample, Undeclare
 from fairlead.wire.memory_bus import MemoryBus
+from tests.client.turns import turns
 
 GOAL_ID, CLAIM_ID, EPOCH, SESSION = 7, 11, 3, 5
 DEPLOYMENT = Deployment.model_validate(
@@ -55,13 +62,16 @@ class ScriptedRobot:
 
     answers_late: takes goals and claims and answers when told to, by `answer`.
     confirms: ends a goal that is cancelled. lists_stops: a lease lists the stops that come.
-    refuses: why no claim is granted.
+    forgot: the runner began anew and knows of no goal.
+    refuses: why no claim is granted. granted: sources that hold one, as the gate's status has it.
     """
 
     answers_late: bool = False
     confirms: bool = True
     lists_stops: bool = True
+    forgot: bool = False
     refuses: str = ""
+    granted: list[str] = field(default_factory=list)
     bus: MemoryBus = field(default_factory=MemoryBus)
     goals: list[Goal] = field(default_factory=list)
     cancelled: list[int] = field(default_factory=list)
@@ -78,7 +88,9 @@ class ScriptedRobot:
         for service in DEPLOYMENT.services:
             self.tokens[service] = bus.declare_token(keys.alive(service))
         bus.serve(keys.gate_command("arm"), "safety", lambda _: ArmReply(epoch=EPOCH, session=1))
+        self.gate = bus.serve(keys.gate_status, "safety", lambda _: self._gate_status())
         bus.serve_later(keys.goal("runner"), "runner", self._on_goal)
+        bus.serve(keys.feedback("runner"), "runner", lambda _: _feedback(0, "", None))
         bus.serve(keys.cancel("runner"), "runner", self._on_cancel)
         bus.serve_later(keys.claim("planner"), "safety", self._on_claim)
         bus.serve(keys.release("planner"), "safety", self._on_release)
@@ -90,19 +102,15 @@ class ScriptedRobot:
     def put(self, key: str, message: Message) -> None:
         self.bus.publisher(key, type(message), Qos.STATUS).put(message)
 
-    def say(self, phase: str, outcome: str = "") -> None:
-        """Feedback of the goal, with a result where an outcome is given."""
+    def say(self, phase: str, outcome: str = "", goal_id: int = GOAL_ID) -> None:
+        """Feedback of a goal, with a result where an outcome is given."""
         result = None
         if outcome:
             result = GoalResult(
                 outcome=outcome, decided_by="operator", kind="", detail="",  # type: ignore[arg-type]
                 first_tick=1, last_tick=2,
             )  # fmt: skip
-        feedback = GoalFeedback(
-            source="runner", goal_id=GOAL_ID, skill="s", phase=phase, tick=2, queue_depth=0,
-            inferences=1, starved=0, last_refusal="", result=result,
-        )  # fmt: skip
-        self.put(DEPLOYMENT.keys.feedback("runner"), feedback)
+        self.put(DEPLOYMENT.keys.feedback("runner"), _feedback(goal_id, phase, result))
 
     def lease(self, *, granted: bool = True, state: GateState = GateState.ARMED) -> None:
         """The next lease, with or without the claim."""
@@ -114,6 +122,16 @@ class ScriptedRobot:
             stop_ids=tuple(stop.stop_id for stop in self.stops),
         )  # fmt: skip
         self.put(DEPLOYMENT.keys.lease, lease)
+
+    def verdict(self, seq: int, outcome: int = Outcome.RELEASED) -> None:
+        """The gate's answer to a chunk of the runner."""
+        verdict = Verdict(
+            verdict_id=seq, session=SESSION, epoch=EPOCH, claim_id=CLAIM_ID, source="runner",
+            seq=seq, outcome=outcome, code=0, row=-1, part="", axis="", value=0.0, limit=0.0,
+            margin=0.0, limit_source="", released_first=1, released_last=2,
+            config_hash=NO_HASH, latency_ns=1,
+        )  # fmt: skip
+        self.put(DEPLOYMENT.keys.verdict("runner"), verdict)
 
     def joints(self, tick: int) -> None:
         state = JointState(
@@ -146,12 +164,25 @@ class ScriptedRobot:
         else:
             answer(message)
 
+    def _gate_status(self) -> GateStatus:
+        claims = tuple(
+            ClaimInfo(source=source, skill="s", claim_id=CLAIM_ID, parts=())
+            for source in self.granted
+        )
+        return GateStatus(
+            robot="r", profile="sim", session=SESSION, epoch=EPOCH, state=GateState.ARMED,
+            cause="", fix="", latch_id=0, stop_ids=(), claims=claims, counters=(), state_tick=1,
+            lockstep_allowed=True, config_hash=NO_HASH, robot_hash=NO_HASH,
+        )  # fmt: skip
+
     def _on_goal(self, payload: bytes, answer: Answer) -> None:
         self.goals.append(decode(Goal, payload))
         self._reply(answer, GoalAccepted(goal_id=GOAL_ID))
 
     def _on_cancel(self, payload: bytes) -> Message:
         self.cancelled.append(decode(Cancel, payload).goal_id)
+        if self.forgot:
+            raise RefusedError("runner", "no such goal is running")
         if self.confirms:
             self.say("ended", "cancelled")
         return Done(text="cancelled")
@@ -175,3 +206,17 @@ class ScriptedRobot:
     def _on_heartbeat(self, sample: Sample) -> None:
         assert decode(Heartbeat, sample.payload).claim_id == CLAIM_ID
         self.beats += 1
+
+
+def _feedback(goal_id: int, phase: str, result: GoalResult | None) -> GoalFeedback:
+    return GoalFeedback(
+        source="runner", goal_id=goal_id, skill="s", phase=phase, tick=2, queue_depth=0,
+        inferences=1, starved=0, last_refusal="", result=result,
+    )  # fmt: skip
+
+
+async def waiting_for(goal: RunningGoal) -> asyncio.Task[GoalResult]:
+    """A task that waits for the result, and does so already."""
+    task = asyncio.ensure_future(goal.result())
+    await turns()
+    return task

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -20,11 +20,6 @@ from fairlead.operate.blocking import LoopThread
 from fairlead.paths import STATE_VARIABLE, repo_root
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
 from tests.client.turns import turns
-
-
-@pytest.fixture
-def scripted() -> ScriptedRobot:
-    return ScriptedRobot()
 
 
 @pytest.fixture
@@ -91,6 +86,68 @@ def test_each_further_ctrl_c_cancels_once_more(thread: LoopThread) -> None:
     with pytest.raises(KeyboardInterrupt):
         thread.run(stubborn())
     assert count == 3
+
+
+def test_ctrl_c_just_before_it_begins_cancels_it_all_the_same(
+    thread: LoopThread, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop = vars(thread)["_loop"]
+    tell = loop.call_soon_threadsafe
+    begun: list[str] = []
+
+    def press_first(function: Callable[[], None]) -> None:
+        monkeypatch.setattr(loop, "call_soon_threadsafe", tell)
+        signal.raise_signal(signal.SIGINT)
+        tell(function)
+
+    async def work() -> None:
+        begun.append("begun")  # so that whatever cleans up does so
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(loop, "call_soon_threadsafe", press_first)
+    with pytest.raises(KeyboardInterrupt):
+        thread.run(work())
+    assert begun == ["begun"]
+
+
+def test_a_thread_that_waits_or_comes_while_it_is_closed_is_told_so() -> None:
+    thread = LoopThread()
+    ends, may_end = threading.Event(), threading.Event()
+    said: list[BaseException] = []
+
+    async def end_slowly() -> None:
+        try:
+            ends.set()
+            await asyncio.Event().wait()
+        except asyncio.CancelledError:
+            ends.set()
+            await asyncio.to_thread(may_end.wait)
+            asyncio.get_running_loop().create_task(asyncio.Event().wait())  # one more to end
+            raise
+
+    def call() -> None:
+        try:
+            thread.run(end_slowly())
+        except BaseException as error:  # noqa: BLE001 - whatever it is
+            said.append(error)
+
+    def spawn(target: Callable[[], None]) -> threading.Thread:
+        made = threading.Thread(target=target, daemon=True)
+        made.start()
+        return made
+
+    waiting = spawn(call)
+    ends.wait()
+    ends.clear()
+    closing = spawn(thread.close)
+    ends.wait()  # it is being closed
+    late = spawn(call)
+    late.join(5.0)
+    may_end.set()
+    for one in (waiting, closing):
+        one.join(5.0)
+    assert [type(error) for error in said] == [TransportError, TransportError]
+    assert not any(one.is_alive() for one in (waiting, closing, late))
 
 
 def test_ctrl_c_while_it_waits_for_a_goal_cancels_the_goal(

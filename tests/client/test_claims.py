@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator
 import pytest
 import pytest_asyncio
 
-from fairlead import PartClaim, Robot, connect
+from fairlead import PartClaim, Robot
 from fairlead.errors import (
     ChunkRefusedError,
     ClaimLostError,
@@ -36,17 +36,6 @@ from tests.client.turns import turns, until
 
 pytestmark = pytest.mark.asyncio
 STILL = [[0.0] * 6] * 4
-
-
-@pytest.fixture
-def scripted() -> ScriptedRobot:
-    return ScriptedRobot()
-
-
-@pytest_asyncio.fixture
-async def robot(scripted: ScriptedRobot) -> AsyncIterator[Robot]:
-    async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
-        yield robot
 
 
 @pytest_asyncio.fixture

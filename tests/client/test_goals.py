@@ -6,37 +6,19 @@ import asyncio
 import logging
 import re
 import time
-from collections.abc import AsyncIterator
 
 import pytest
-import pytest_asyncio
 
-from fairlead import Robot, RunningGoal, connect
-from fairlead.errors import ConfigError, NoAnswerError, ServiceError
-from fairlead.messages import GoalResult
+from fairlead import Robot, connect
+from fairlead.errors import (
+    ConfigError,
+    NoAnswerError,
+)
 from fairlead.operate import goal as goal_module
-from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
+from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot, waiting_for
 from tests.client.turns import turns, until
 
 pytestmark = pytest.mark.asyncio
-
-
-@pytest.fixture
-def scripted() -> ScriptedRobot:
-    return ScriptedRobot()
-
-
-@pytest_asyncio.fixture
-async def robot(scripted: ScriptedRobot) -> AsyncIterator[Robot]:
-    async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
-        yield robot
-
-
-async def waiting_for(goal: RunningGoal) -> asyncio.Task[GoalResult]:
-    """A task that waits for the result, and does so already."""
-    task = asyncio.ensure_future(goal.result())
-    await turns()
-    return task
 
 
 async def test_progress_is_told_at_each_change_until_the_result(
@@ -185,28 +167,6 @@ async def test_cancelled_while_a_runner_does_not_answer_the_robot_is_stopped_and
     assert scripted.cancelled == [GOAL_ID]
 
 
-async def test_a_runner_that_goes_away_is_an_error_that_names_its_log(
-    robot: Robot, scripted: ScriptedRobot
-) -> None:
-    goal = await robot.run("s")
-    task = await waiting_for(goal)
-    scripted.tokens["runner"].undeclare()
-    scripted.bus.declare_token(DEPLOYMENT.keys.alive("runner"))  # it is back at once
-    with pytest.raises(ServiceError, match="runner went away .* see: fairlead logs runner$"):
-        await task
-    await goal.leave()
-    assert (scripted.cancelled, scripted.stops) == ([], [])
-
-
-async def test_a_runner_that_falls_silent_is_given_up(
-    robot: Robot, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(goal_module, "SILENCE_S", 0.0)
-    goal = await robot.run("s")
-    with pytest.raises(NoAnswerError, match="^runner: nothing said of the goal for 0 s; see: "):
-        await goal.result()
-
-
 async def test_a_program_that_was_paused_goes_on_with_its_goal(
     robot: Robot, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -227,6 +187,72 @@ async def test_leaving_the_robot_ends_its_goals(scripted: ScriptedRobot) -> None
     assert scripted.cancelled == [GOAL_ID]
 
 
+async def test_leaving_the_robot_waits_for_a_goal_that_a_cancelled_task_still_ends(
+    scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(goal_module, "CANCEL_TIMEOUT_S", 0.01)
+    scripted.confirms = False
+    async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+        goal = await robot.run("s")
+        task = await waiting_for(goal)
+        task.cancel()
+        await until(lambda: scripted.cancelled)
+    assert (len(scripted.cancelled), goal.is_over) == (1, True)
+    assert "a protective stop holds the robot" in goal.stopped
+    with pytest.raises(asyncio.CancelledError):
+        await task
+
+
+async def test_leaving_the_robot_ends_a_goal_that_was_sent_and_is_not_answered_yet(
+    scripted: ScriptedRobot,
+) -> None:
+    scripted.answers_late = True
+    async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+        task = asyncio.ensure_future(robot.run("s"))
+        await until(lambda: scripted.waiting)
+        asyncio.get_running_loop().call_soon(scripted.answer)
+    assert (scripted.cancelled, scripted.stops) == ([GOAL_ID], [])
+    assert (await task).is_over
+
+
+async def test_an_error_of_one_goal_does_not_keep_the_robot_from_ending_the_others(
+    scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def fail() -> None:
+        raise LookupError("x")
+
+    with pytest.raises(LookupError, match="x"):
+        async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+            monkeypatch.setattr(await robot.run("s"), "leave", fail)
+            other = await robot.run("s")
+    assert (scripted.cancelled, other.is_over) == ([GOAL_ID], True)
+
+
+async def test_a_goal_is_listened_to_until_it_is_over_and_no_longer(
+    robot: Robot, scripted: ScriptedRobot
+) -> None:
+    listeners = vars(scripted.bus)["_subscribers"]
+    before = list(listeners)
+    goal = await robot.run("s")
+    assert len(listeners) > len(before)
+    scripted.say("ended", "succeeded")
+    await goal.result()
+    assert listeners == before
+    assert (await goal.result()).outcome == "succeeded"
+    await (await robot.run("s")).cancel()
+    assert listeners == before
+    task = await waiting_for(await robot.run("s"))
+    task.cancel()
+    await asyncio.wait({task})
+    assert listeners == before
+    scripted.tokens["runner"].undeclare()
+    waiting = asyncio.ensure_future(robot.run("s"))
+    await turns()
+    waiting.cancel()
+    await asyncio.wait({waiting})
+    assert listeners == before
+
+
 async def test_leaving_the_block_of_a_goal_that_has_ended_asks_nobody(
     robot: Robot, scripted: ScriptedRobot
 ) -> None:
@@ -239,3 +265,11 @@ async def test_leaving_the_block_of_a_goal_that_has_ended_asks_nobody(
 async def test_a_runner_that_is_none_is_refused_with_those_there_are(robot: Robot) -> None:
     with pytest.raises(ConfigError, match=r"expected a runner, got 'hal' \(valid: runner\)$"):
         await robot.run("s", runner="hal")
+
+
+async def test_no_name_keeps_a_stop_from_being_sent(scripted: ScriptedRobot) -> None:
+    """A login name of other bytes, or a very long one."""
+    for by in ("ad\udcff", "a" * 70_000):
+        async with connect(DEPLOYMENT, by=by, bus=scripted.bus) as robot:
+            stop_id = await robot.stop("hand in the cell")
+        assert stop_id in {stop.stop_id for stop in scripted.stops}

@@ -5,29 +5,17 @@ from __future__ import annotations
 import asyncio
 import gc
 import threading
-from collections.abc import AsyncIterator
 
 import pytest
-import pytest_asyncio
 
-from fairlead import Robot, connect
+from fairlead import Robot
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.operate.subscription import Heard
 from fairlead.wire.bus import Sample
 from tests.client.scripted_robot import DEPLOYMENT, ScriptedRobot
+from tests.client.turns import turns
 
 pytestmark = pytest.mark.asyncio
-
-
-@pytest.fixture
-def scripted() -> ScriptedRobot:
-    return ScriptedRobot()
-
-
-@pytest_asyncio.fixture
-async def robot(scripted: ScriptedRobot) -> AsyncIterator[Robot]:
-    async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
-        yield robot
 
 
 async def test_messages_come_typed_in_order_and_from_the_moment_of_subscribing(
@@ -42,6 +30,21 @@ async def test_messages_come_typed_in_order_and_from_the_moment_of_subscribing(
         if state.tick == 3:
             break
     assert (seen, states.dropped) == ([1, 2, 3], 0)
+
+
+async def test_a_message_that_cannot_be_handled_is_logged_and_those_after_it_are_handled(
+    robot: Robot, scripted: ScriptedRobot, caplog: pytest.LogCaptureFixture
+) -> None:
+    goal = await robot.run("s")
+    scripted.verdict(1)
+    scripted.verdict(2, outcome=9)  # of a newer gate
+    scripted.verdict(3)
+    await turns()
+    assert goal.progress.verdicts == {"released": 2}
+    assert "Verdict cannot be handled" in caplog.text
+    scripted.verdict(4)
+    await turns()
+    assert goal.progress.verdicts == {"released": 3}
 
 
 async def test_one_that_nobody_refers_to_listens_no_longer(

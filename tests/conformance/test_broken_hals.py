@@ -12,7 +12,7 @@ from fairlead_tools.conformance.hal_check import BASIS, HalCheck
 from tests.conformance.quick_robot import NAME, write_quick_robot
 from tests.conformance.running_hal import Wanted, check_all, rows_of
 
-pytestmark = pytest.mark.processes
+pytestmark = [pytest.mark.processes, pytest.mark.thorough]
 
 AT_ONCE = 7
 TIMING = {"tick rate", "jitter"}

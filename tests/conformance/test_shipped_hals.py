@@ -99,6 +99,7 @@ def keeps_the_contract(name: str, found: HalCheck) -> bool:
     return failed <= TIMING | FAILS.get(name, set())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", NOT_CHECKED)
 def test_a_hal_that_ships_keeps_the_contract(found: dict[str, HalCheck], name: str) -> None:
     failed = rows_of(found[name], "fail")
@@ -106,6 +107,7 @@ def test_a_hal_that_ships_keeps_the_contract(found: dict[str, HalCheck], name: s
     assert failed.keys() >= FAILS.get(name, set())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", NOT_CHECKED)
 def test_nothing_is_left_out_but_what_its_robot_has_not(
     found: dict[str, HalCheck], name: str

@@ -26,7 +26,12 @@ def change_faults(
         return
     acted = before.get(rows.part)
     if acted is None:
-        return  # "after arming nothing is known and any mode may start"
+        # "Down below zero, or where a row that acts leaves it out"; "after arming nothing is known
+        # and any mode may start".
+        others = next(iter(before.values()), None)
+        if others is not None and _turns(file, rows, -1.0, float(rows.values[row][0])):
+            yield from _turn(file, measured, others, rows, row)
+        return
     if (acted.mode, acted.frame) != (rows.mode, rows.frame):
         yield from _other_mode(file, measured, acted, rows, row)
     elif _turns(file, rows, float(acted.values[0]), float(rows.values[row][0])):

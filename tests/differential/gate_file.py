@@ -78,7 +78,10 @@ class Part:
 
 @dataclass(frozen=True)
 class GateFile:
-    """joints: commanded, in wire order. yaw_axis: where a base turns, x and y in base_link [m]."""
+    """joints: commanded, in wire order. yaw_axis: where a base turns, x and y in base_link [m].
+
+    turned_slides: the two joints of a base whose commands turn against its yaw.
+    """
 
     joints: tuple[Joint, ...]
     passive: tuple[Joint, ...]
@@ -87,6 +90,7 @@ class GateFile:
     kinematics: Kinematics
     period_s: float
     yaw_axis: tuple[float, float] = (0.0, 0.0)
+    turned_slides: frozenset[int] = frozenset()
 
     def width(self, mode: int) -> int:
         return len(self.joints) if mode in JOINT_MODES else WIDTHS[mode]
@@ -95,6 +99,8 @@ class GateFile:
 def read_gate_file(path: Path, urdf: Path) -> GateFile:
     """The file that the gate itself reads, and the robot's description."""
     data = json.loads(path.read_text())
+    base = data["base"]
+    turns = base and base["command_frame"] == "against_yaw"
     joints = tuple(_joint(entry) for entry in data["joints"])
     names = [joint.name for joint in joints]
     return GateFile(
@@ -104,7 +110,8 @@ def read_gate_file(path: Path, urdf: Path) -> GateFile:
         protocol=data["protocol"],
         period_s=data["period_ns"] * 1e-9,
         kinematics=Kinematics(urdf, (*names, *(j["name"] for j in data["passive_joints"]))),
-        yaw_axis=tuple(data["base"]["yaw_axis"]) if data["base"] else (0.0, 0.0),
+        yaw_axis=tuple(base["yaw_axis"]) if base else (0.0, 0.0),
+        turned_slides=frozenset(map(names.index, base["joints"][:2] if turns else ())),
     )
 
 

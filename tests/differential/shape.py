@@ -134,6 +134,9 @@ def _mask(file: GateFile, rows: PartRows) -> Iterator[Fault]:
         if joint <= last:
             yield Fault(9, -1, part.name, "active", joint, last, 0.0, "ascending and unique")
         last = joint
+    if len(file.turned_slides & {*rows.active}) == 1:
+        text = "both slides of a base whose commands turn against its yaw, or neither"
+        yield Fault(9, -1, part.name, "active", 0.0, 0.0, 0.0, text)
 
 
 def _padding(file: GateFile, rows: PartRows) -> Iterator[Fault]:

@@ -47,8 +47,24 @@ def short_runs() -> list[tuple[str, str, str, int]]:
     return [(*setup, 8 if setup[0] == "dual_panda" else 25) for setup in SETUPS]
 
 
+IN_MAKE_TEST = {
+    ("panda", "arm", "joint_position"),
+    ("panda_mobile", "arm", "cartesian_delta"),
+    ("panda_mobile", "base", "body_twist"),
+    ("dual_panda", "right_arm", "joint_position"),
+}
+
+
+def quick_runs() -> list[Any]:
+    """What CI runs, `make test` some of them."""
+    return [
+        pytest.param(*run, marks=[] if run[:3] in IN_MAKE_TEST else pytest.mark.thorough)
+        for run in short_runs()
+    ]
+
+
 def long_runs() -> list[Any]:
-    """Sixty times as many starts as in `make test`."""
+    """Sixty times as many starts as in CI."""
     marks = [pytest.mark.soak, pytest.mark.timeout(3600)]
     return [pytest.param(*setup, 60 * count, marks=marks) for *setup, count in short_runs()]
 
@@ -70,7 +86,7 @@ def agree(verdict: Verdict, told: list[list[RowMargins]], released: int) -> None
         assert min(reasons) <= (EXACT if exact else BETWEEN), verdict
 
 
-@pytest.mark.parametrize(("robot", "part", "mode", "count"), [*short_runs(), *long_runs()])
+@pytest.mark.parametrize(("robot", "part", "mode", "count"), [*quick_runs(), *long_runs()])
 def test_released_rows_are_clear_and_refused_ones_are_not(
     robot: str, part: str, mode: str, count: int, tmp_path: Path
 ) -> None:

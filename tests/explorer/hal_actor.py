@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fairlead.hal.backend import Measurement
 from fairlead.hal.core import HalCore, Pacing, TickPlan
 from fairlead.hal.identity import identity_of
 from fairlead.messages import (
@@ -29,6 +30,8 @@ PERIOD_NS = 50 * MS
 REPEAT_NS = 100 * MS
 STOP_REPEAT_NS = 50 * MS
 STATUS_NS = 500 * MS
+OWN_STOPS = 1 << 62
+"""Ids of stops that it raises itself begin above."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,8 @@ class HalActor:
         self.leases: list[tuple[int, Lease]] = []
         self.stops: list[tuple[int, StopLevel]] = []
         self.tick = 1
+        self._before: Measurement | None = None
+        self._own_stops = OWN_STOPS
         self._state = b""
         self._sent_ns = 0
 
@@ -118,7 +123,7 @@ class HalActor:
 
     def _try_tick(self) -> bool:
         measured = self._backend.read()
-        is_still = self._identity.is_still(measured, None)
+        is_still = self._identity.is_still(measured, self._before)
         plan = self.core.decide(self.tick, self._schedule.now_ns, is_still)
         if not isinstance(plan, TickPlan):
             return False
@@ -132,6 +137,7 @@ class HalActor:
                 command=None if command is None else command.values,
             )
         )
+        self._before = measured
         names = self._identity.parts
         self._backend.apply({names[part]: value for part, value in plan.commands.items()})
         self.tick += 1
@@ -154,6 +160,11 @@ class HalActor:
         self._schedule.at(self._schedule.now_ns + PERIOD_NS, self._period)
 
     def _repeat_stops(self) -> None:
+        for cause, detail in self.core.demanded_stops:
+            self._own_stops += 1
+            stop = StopLevel(stop_id=self._own_stops, by="hal", reason=f"{cause}: {detail}")
+            self.stops.append((self.tick, stop))
+            self.core.on_stop_raised(cause, stop)
         for stop in self.core.stops_to_repeat():
             self._publish("stop_level", encode(stop))
         self._schedule.at(self._schedule.now_ns + STOP_REPEAT_NS, self._repeat_stops)

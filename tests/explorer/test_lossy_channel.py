@@ -29,7 +29,6 @@ WEATHERS = {
     "storm": Weather(loss=0.2, duplicate=0.3, delay_ms=300.0),
 }
 LOCKSTEP_TICKS = 60
-SEEDS = 12
 STOP_ID = 4711
 
 
@@ -56,6 +55,20 @@ class Builder:
         return self._gate
 
 
+LONG = [pytest.mark.soak, pytest.mark.timeout(3600)]
+SEEDS = [
+    pytest.param(range(3), id="short"),
+    pytest.param(range(3, 6), id="more", marks=pytest.mark.thorough),
+    pytest.param(range(6, 40), id="long", marks=LONG),
+]
+
+
+@pytest.fixture(params=SEEDS)
+def seeds(request: pytest.FixtureRequest) -> range:
+    found: range = request.param
+    return found
+
+
 @pytest.fixture
 def build() -> Iterator[Builder]:
     builder = Builder()
@@ -80,10 +93,10 @@ def test_lockstep_in_fair_weather_moves_in_every_tick_but_the_refused(build: Bui
 @pytest.mark.parametrize("name", ["fair", *WEATHERS])
 @pytest.mark.parametrize("pacing", ["lockstep", "realtime"])
 def test_a_claim_handed_over_again_and_again_breaks_no_rule(
-    build: Builder, pacing: Pacing, name: str
+    build: Builder, seeds: range, pacing: Pacing, name: str
 ) -> None:
     weather = ({"fair": FAIR} | WEATHERS)[name]
-    for seed in range(SEEDS):
+    for seed in seeds:
         world, dice = build(pacing, seed), random.Random(seed)
         world.bring_up()
         world.rain(weather)
@@ -98,10 +111,10 @@ def test_a_claim_handed_over_again_and_again_breaks_no_rule(
 
 @pytest.mark.parametrize("name", WEATHERS)
 def test_lockstep_through_a_bad_channel_ends_in_the_identical_trajectory(
-    build: Builder, name: str
+    build: Builder, seeds: range, name: str
 ) -> None:
     lossless = trajectory(lockstep_run(build, FAIR, seed=0).history)[:LOCKSTEP_TICKS]
-    for seed in range(SEEDS):
+    for seed in seeds:
         world = lockstep_run(build, WEATHERS[name], seed)
         check_history(world)
         assert trajectory(world.history)[:LOCKSTEP_TICKS] == lossless, f"seed {seed}"
@@ -109,9 +122,9 @@ def test_lockstep_through_a_bad_channel_ends_in_the_identical_trajectory(
 
 @pytest.mark.parametrize("name", WEATHERS)
 def test_realtime_runs_only_judged_rows_and_moves_again_when_the_channel_recovers(
-    build: Builder, name: str
+    build: Builder, seeds: range, name: str
 ) -> None:
-    for seed in range(SEEDS):
+    for seed in seeds:
         world = build("realtime", seed)
         world.bring_up()
         world.run_ticks(30)
@@ -129,9 +142,9 @@ def test_realtime_runs_only_judged_rows_and_moves_again_when_the_channel_recover
     ("to_hal", "to_gate"), [(True, True), (False, True), (True, False)], ids=["both", "gate", "hal"]
 )
 def test_a_stop_ends_all_motion_until_reset_and_armed_again_whoever_got_it(
-    build: Builder, pacing: Pacing, to_hal: bool, to_gate: bool
+    build: Builder, seeds: range, pacing: Pacing, to_hal: bool, to_gate: bool
 ) -> None:
-    for seed in range(SEEDS):
+    for seed in seeds:
         world = build(pacing, seed)
         world.bring_up()
         world.run_ticks(20 + seed)
@@ -163,9 +176,9 @@ def test_messages_of_a_dead_epoch_move_nothing(build: Builder, pacing: Pacing) -
 
 @pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
 def test_a_gate_that_dies_and_comes_back_moves_nothing_until_armed_again(
-    build: Builder, pacing: Pacing
+    build: Builder, seeds: range, pacing: Pacing
 ) -> None:
-    for seed in range(SEEDS):
+    for seed in seeds:
         world = build(pacing, seed)
         world.bring_up()
         world.run_ticks(20)
@@ -182,8 +195,10 @@ def test_a_gate_that_dies_and_comes_back_moves_nothing_until_armed_again(
 
 
 @pytest.mark.parametrize("pacing", ["realtime", "lockstep"])
-def test_any_mix_of_weather_stops_and_restarts_is_survived(build: Builder, pacing: Pacing) -> None:
-    for seed in range(2 * SEEDS):
+def test_any_mix_of_weather_stops_and_restarts_is_survived(
+    build: Builder, seeds: range, pacing: Pacing
+) -> None:
+    for seed in range(2 * seeds.start, 2 * seeds.stop):
         rng = random.Random(seed)
         world = build(pacing, seed)
         world.bring_up()
@@ -214,7 +229,7 @@ def test_the_rules_catch_a_hal_that_ignores_what_a_chunk_continues(
 ) -> None:
     monkeypatch.setattr(ClaimRows, "_continues", lambda *_: True)
     with pytest.raises(AssertionError, match="continued .* judged after"):
-        for seed in range(SEEDS):
+        for seed in range(6):
             world = build("realtime", seed)
             world.bring_up()
             world.rain(WEATHERS["reordered"])
@@ -227,7 +242,7 @@ def test_the_rules_catch_a_hal_that_trusts_an_old_lease(
 ) -> None:
     monkeypatch.setattr(LeaseFollower, "is_fresh", lambda *_: True)
     with pytest.raises(AssertionError, match="no fresh lease granted the row"):
-        for seed in range(SEEDS):
+        for seed in range(6):
             world = build("realtime", seed)
             world.bring_up()
             world.run_ticks(20 + seed)

@@ -90,7 +90,10 @@ def front(history: list[Tick]) -> float:
     return max(float(tick.positions[0]) for tick in history) + FRONT_M
 
 
-@pytest.mark.parametrize(("pacing", "in_flight"), [("lockstep", 1), ("realtime", 2)])
+@pytest.mark.parametrize(
+    ("pacing", "in_flight"),
+    [pytest.param("lockstep", 1, marks=pytest.mark.thorough), ("realtime", 2)],
+)
 def test_a_sliding_base_is_stopped_by_the_states_it_is_seen_in(
     make: type[SlidingWorld], config: Path, pacing: Pacing, in_flight: int
 ) -> None:

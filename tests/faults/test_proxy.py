@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from bench.faults.proxy import (
     FaultProxy,
     Rule,
@@ -33,9 +34,13 @@ class Ends:
     """A client that writes through the proxy, and what the other end has read."""
 
     def __init__(self) -> None:
-        self.read: list[int] = []
         self._server = socket.create_server(("127.0.0.1", 0))
         self.proxy = FaultProxy(self._server.getsockname()[1])
+        self.link_again()
+
+    def link_again(self) -> None:
+        """The client's link to the proxy, made anew; nothing of it is read yet."""
+        self.read: list[int] = []
         self.client = socket.create_connection(("127.0.0.1", self.proxy.port))
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
@@ -124,6 +129,18 @@ def test_a_wrong_bit_changes_one_message_and_not_its_length(ends: Ends) -> None:
     ends.proxy.set("up", corrupts(1.0, random.Random(1)))
     ends.write(range(COUNT))
     assert len(ends.all_read()) == COUNT
+
+
+def test_a_rule_may_spare_the_links_that_are_made_later(ends: Ends) -> None:
+    ends.write(range(1))
+    wait_for(lambda: ends.read == [0], "the first link is open")
+    ends.proxy.set("up", drop, new_links=forward)
+    ends.write(range(1, 4))
+    assert ends.all_read() == [0]
+    ends.client.close()
+    ends.link_again()
+    ends.write(range(4))
+    assert ends.all_read() == [0, 1, 2, 3]
 
 
 def test_one_direction_can_be_dead_alone(ends: Ends) -> None:

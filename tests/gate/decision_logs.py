@@ -19,7 +19,8 @@ from fairlead.paths import decisions_binary
 def judge(*words: object) -> tuple[int, dict[str, Any]]:
     """Exit status and document of ``fairlead-decisions judge``; {} if it refused to judge."""
     status, text = judged_text(*words, "--json")
-    return status, json.loads(text) if text.startswith("{") else {}
+    document = json.loads(text)
+    return status, {} if "error" in document else document
 
 
 def judged_text(*words: object) -> tuple[int, str]:
@@ -31,7 +32,7 @@ def judged_text(*words: object) -> tuple[int, str]:
         timeout=60,
         check=False,
     )
-    return done.returncode, done.stdout
+    return done.returncode, done.stdout + done.stderr
 
 
 def logs(scene: Scene) -> list[Path]:

@@ -15,6 +15,7 @@ from fairlead.paths import gate_config, repo_root
 ROWS = ("H=1", "H=16", "H=50")
 
 
+@pytest.mark.soak  # compiles the bench
 @pytest.mark.processes
 def test_the_core_bench_releases_every_chunk_that_it_times() -> None:
     words = [sys.executable, "-m", "bench.gate_core", "--json", "--no-instructions"]
@@ -45,6 +46,7 @@ def test_the_hop_bench_gets_every_chunk_released_that_it_times() -> None:
             assert found[case][cadence]["ratio_p50"] > 0
 
 
+@pytest.mark.soak  # compiles the bench
 @pytest.mark.processes
 def test_the_search_for_the_slowest_step_finds_chunks_that_are_judged_row_by_row() -> None:
     config = gate_config("panda", "sim")

@@ -170,6 +170,13 @@ def test_what_is_no_log_is_refused_by_name(tmp_path: Path) -> None:
     )
 
 
+def test_a_refusal_is_json_where_json_is_asked_for(tmp_path: Path) -> None:
+    status, text = judged_text(tmp_path, "--json")
+    message = f"decision log: no *.decisions in the folder {tmp_path}"
+    error = {"kind": "ConfigError", "message": message, "fix": ""}
+    assert (status, json.loads(text)) == (2, {"error": error})
+
+
 def test_a_log_of_an_older_gate_is_refused_by_its_layout(tmp_path: Path) -> None:
     (tmp_path / "old").write_text("fairlead-decisions-1\n")
     status, text = judged_text(tmp_path / "old")
@@ -190,7 +197,7 @@ def test_an_option_without_a_value_is_not_an_option_that_was_not_given(
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stdout) == (
+    assert (done.returncode, done.stderr) == (
         2,
         "ERROR fairlead-decisions: judge: --config: expected a value after it; see: "
         "fairlead-decisions judge --help\n",
@@ -202,7 +209,7 @@ def test_the_reader_of_logs_knows_two_commands_and_no_gate(words: list[str]) -> 
     told = [str(decisions_binary()), *words]
     done = subprocess.run(told, capture_output=True, text=True, check=False)
     got = words[0] if words else ""
-    assert (done.returncode, done.stdout) == (
+    assert (done.returncode, done.stderr) == (
         2,
         f"ERROR fairlead-decisions: expected judge or explain, got '{got}'; see: "
         "fairlead-decisions --help\n",

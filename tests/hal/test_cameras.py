@@ -70,6 +70,7 @@ def test_a_camera_the_environment_does_not_have_is_refused_with_those_it_has(
         HalProcess(tmp_path, "lockstep", run="hal_sim", cameras=[camera])
 
 
+@pytest.mark.thorough
 def test_without_a_working_renderer_the_hal_runs_and_says_that_cameras_are_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

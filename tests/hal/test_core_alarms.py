@@ -46,8 +46,8 @@ def test_a_second_live_gate_holds_every_part_and_demands_one_stop(hal: RealtimeH
     hal.core.on_lease(lease(2, 1, [grant(1000)], epoch=EPOCH + 1), 251 * MS)
     assert hal.step(at_ms=100) == (STOPPED, STOPPED)
     details = (
-        f"lease 2 of epoch {EPOCH:x}, session {SESSION:x}, is not of the gate that sent lease 1 "
-        f"of epoch {EPOCH + 1:x}"
+        f"lease 2 of epoch {EPOCH:016x}, session {SESSION:016x}, is not of the gate that sent "
+        f"lease 1 of epoch {EPOCH + 1:016x}"
     )
     assert hal.core.demanded_stops == (("two gates", details),)
     hal.core.on_stop_raised("two gates", stop(5))
@@ -59,8 +59,11 @@ def test_a_second_live_gate_holds_every_part_and_demands_one_stop(hal: RealtimeH
 @pytest.mark.parametrize(
     ("forged", "what"),
     [
-        (chunk(12, 9, session=SESSION + 1), f"verdict 12 of epoch {EPOCH:x}, session 1b5a"),
-        (chunk(10, 4), f"verdict 10 of epoch {EPOCH:x}, session 1b59"),
+        (
+            chunk(12, 9, session=SESSION + 1),
+            f"verdict 12 of epoch {EPOCH:016x}, session 0000000000001b5a",
+        ),
+        (chunk(10, 4), f"verdict 10 of epoch {EPOCH:016x}, session 0000000000001b59"),
     ],
 )
 def test_rows_that_the_gate_cannot_have_sent_hold_every_part_and_are_named(
@@ -73,7 +76,7 @@ def test_rows_that_the_gate_cannot_have_sent_hold_every_part_and_are_named(
     assert hal.core.on_safe_chunk(forged) == "chunk of a second live gate"
     hal.grant()
     assert hal.step() == (STOPPED, STOPPED)
-    details = f"{what}, is not of the gate that sent lease 1 of epoch {EPOCH:x}"
+    details = f"{what}, is not of the gate that sent lease 1 of epoch {EPOCH:016x}"
     assert hal.core.demanded_stops == (("two gates", details),)
 
 

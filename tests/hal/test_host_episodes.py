@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -32,14 +33,13 @@ def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
 def test_reset_episode_is_refused_until_a_lease_says_disarmed(lockstep: HalProcess) -> None:
     with pytest.raises(RefusedError, match="no lease received, so the gate may be armed"):
         reset(lockstep, seed=3)
-    gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
-    gate.arm()
-    lockstep.wait_until(lambda: refusal(lockstep) != "no lease", "a lease")
-    with pytest.raises(RefusedError, match="needs a disarmed gate, it is armed") as caught:
-        reset(lockstep, seed=3)
-    assert caught.value.fix == "fairlead disarm"
-    gate.close()
+    with closing(LiveGate(lockstep.bus, lockstep.keys)) as gate:
+        lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
+        gate.arm()
+        lockstep.wait_until(lambda: refusal(lockstep) != "no lease", "a lease")
+        with pytest.raises(RefusedError, match="needs a disarmed gate, it is armed") as caught:
+            reset(lockstep, seed=3)
+        assert caught.value.fix == "fairlead disarm"
 
 
 def refusal(hal: HalProcess) -> str:
@@ -51,24 +51,23 @@ def refusal(hal: HalProcess) -> str:
 def test_reset_episode_steps_held_ticks_until_standstill_and_starts_an_episode(
     lockstep: HalProcess,
 ) -> None:
-    gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
-    reply = reset(lockstep, seed=3)
-    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (2, 2, 1)
-    lockstep.wait_until(lambda: len(lockstep.motion()) == 1, "the held tick")
-    (line,) = lockstep.motion()
-    assert {part[0] for part in line["acted"]} == {Hold.RESETTING}
-    assert line["event"] == "reset_episode seed 3"
-    state = decode(JointState, lockstep.collect(lockstep.keys.joints, 1)[0].payload)
-    assert (state.tick, state.episode_tick) == (2, 2)
-    first = floats(state.positions)
-    reply = reset(lockstep, seed=4)
-    assert (reply.tick, reply.episode_tick, reply.held_ticks) == (3, 3, 1)
-    other = floats(
-        decode(JointState, lockstep.collect(lockstep.keys.joints, 1)[0].payload).positions
-    )
-    assert not np.array_equal(first, other)
-    gate.close()
+    with closing(LiveGate(lockstep.bus, lockstep.keys)) as gate:
+        lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
+        reply = reset(lockstep, seed=3)
+        assert (reply.tick, reply.episode_tick, reply.held_ticks) == (2, 2, 1)
+        lockstep.wait_until(lambda: len(lockstep.motion()) == 1, "the held tick")
+        (line,) = lockstep.motion()
+        assert {part[0] for part in line["acted"]} == {Hold.RESETTING}
+        assert line["event"] == "reset_episode seed 3"
+        state = decode(JointState, lockstep.collect(lockstep.keys.joints, 1)[0].payload)
+        assert (state.tick, state.episode_tick) == (2, 2)
+        first = floats(state.positions)
+        reply = reset(lockstep, seed=4)
+        assert (reply.tick, reply.episode_tick, reply.held_ticks) == (3, 3, 1)
+        other = floats(
+            decode(JointState, lockstep.collect(lockstep.keys.joints, 1)[0].payload).positions
+        )
+        assert not np.array_equal(first, other)
 
 
 def second_hal(first: HalProcess, spec: dict[str, Any], state_dir: Path) -> str:

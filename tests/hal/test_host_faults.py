@@ -2,147 +2,35 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-import msgspec
-import numpy as np
 import pytest
 
-from bench.equipment.live_robot import wait_for
-from fairlead.errors import ConfigError
-from fairlead.hal.backend import Measurement, PartCommand
+from fairlead.errors import ConfigError, HardwareError
 from fairlead.hal.host import HalHost
-from fairlead.hal.identity import HalIdentity, HostSettings, identity_of
+from fairlead.hal.identity import HostSettings
 from fairlead.hal.plan_executor import MotionLog
-from fairlead.keys import Keys
 from fairlead.messages import (
-    Acted,
-    GateState,
-    HalStatus,
     Hold,
-    JointState,
     Lease,
-    ResetEpisode,
-    SafeChunk,
-    StatusQuery,
     StopLevel,
-    decode,
-    encode,
-    pack_floats,
 )
-from fairlead.modes import ControlMode
-from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.memory_bus import MemoryBus
-from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
-from tests.hal.gate_messages import SESSION, chunk, grant, lease
-
-KEYS = Keys("tested")
-NO_STOP = b"stop!"
-
-
-class FailingBackend(KinematicBackend):
-    """Does what it is told until a test breaks it."""
-
-    def __init__(self) -> None:
-        self.refuses_resets = False
-        super().__init__(load_robot("panda_mobile"))
-        self.read_error: Exception | None = None
-        self.refuses_commands = False
-        self.apply_error: Exception | None = None
-        self.hold_error: Exception | None = None
-        self.applied: list[int] = []
-
-    def read(self) -> Measurement:
-        if self.read_error is not None:
-            raise self.read_error
-        return super().read()
-
-    def apply(self, commands: Mapping[str, PartCommand]) -> None:
-        if self.apply_error is not None and commands:
-            raise self.apply_error
-        if self.hold_error is not None and not commands:
-            raise self.hold_error
-        if commands and self.refuses_commands:
-            raise ConfigError("driver: expected 7 joints, got 6")
-        self.applied.append(len(commands))
-        super().apply(commands)
-
-    def reset(self, seed: int) -> None:
-        if self.refuses_resets:
-            raise ConfigError("hardware has no episodes")
-        super().reset(seed)
-
-
-class PausingLog(MotionLog):
-    """Called between a decision and its act: where a test stops the process."""
-
-    def __init__(self, folder: Path, at_tick: Callable[[Sequence[Acted]], None]) -> None:
-        super().__init__(folder, SESSION, trace=False)
-        self._at_tick = at_tick
-
-    def tick(
-        self, tick: int, stamp_ns: int, acted: Sequence[Acted], event: str | None, lease_ns: int
-    ) -> None:
-        super().tick(tick, stamp_ns, acted, event, lease_ns)
-        self._at_tick(acted)
-
-
-class RunningHost:
-    """A realtime host in a thread, on a bus in memory."""
-
-    def __init__(self, folder: Path) -> None:
-        self.paused_ns = 0
-        self.frame_id = ""  # a test's that has the arm moved in a frame of its choice
-        self.backend = FailingBackend()
-        self.bus = MemoryBus()
-        self.stops: list[StopLevel] = []
-        self.bus.subscribe(KEYS.stop, self._on_stop)
-        self.states: list[JointState] = []
-        self.bus.subscribe(KEYS.joints, lambda s: self.states.append(decode(JointState, s.payload)))
-        self.motion_path = folder / "motion.jsonl"
-        self.host = HalHost(
-            HostSettings("hal", KEYS, "realtime", SESSION),
-            identity(),
-            self.backend,
-            self.bus,
-            PausingLog(folder, self._pause_at),
-            clock=lambda: time.monotonic_ns() + self.paused_ns,
-        )
-        self.pauses_at_rows = False
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self.host.run, args=(self._stopping,))
-        self._thread.start()
-
-    def status(self) -> HalStatus:
-        return decode(HalStatus, self.bus.query(KEYS.hal_status, StatusQuery(), 1.0))
-
-    def _pause_at(self, acted: Sequence[Acted]) -> None:
-        if self.pauses_at_rows and not self.paused_ns and not acted[3].hold:
-            self.paused_ns = 5 * 10**9
-
-    def _on_stop(self, sample: Sample) -> None:
-        if sample.payload != NO_STOP:
-            self.stops.append(decode(StopLevel, sample.payload))
-
-    def close(self) -> None:
-        self._stopping.set()
-        self._thread.join(timeout=10)
-        assert not self._thread.is_alive()
-
-
-def identity() -> HalIdentity:
-    return identity_of(load_robot("panda_mobile"), "sim", "tested")
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    wait_for(condition, "what the host's thread does", 20.0)
+from tests.hal.gate_messages import SESSION, lease
+from tests.hal.running_host import (
+    KEYS,
+    NO_STOP,
+    FailingBackend,
+    RunningHost,
+    identity,
+    move_until,
+    wait_until,
+)
 
 
 @pytest.fixture
@@ -162,6 +50,22 @@ def test_a_read_that_fails_ends_the_ticks_stops_the_gate_and_is_said(running: Ru
     wait_until(lambda: len(running.stops) >= 4)
     assert len({stop.stop_id for stop in running.stops}) == 1
     assert running.status().tick == ended_at
+
+
+def test_a_computer_that_was_suspended_in_mid_motion_does_not_go_on(running: RunningHost) -> None:
+    move_until(running, lambda: running.backend.applied[-1:] == [1])
+    running.suspended_ns += 3600 * 10**9
+    wait_until(lambda: bool(running.stops))
+    assert running.stops[0].reason == "the computer was suspended"
+    stopped = running.stops[0].stop_id
+    wait_until(lambda: running.backend.applied[-3:] == [0] * 3)
+    assert {stop.stop_id for stop in running.stops} == {stopped}
+
+
+def test_hardware_that_fails_a_command_is_a_fault_not_a_refused_value(running: RunningHost) -> None:
+    running.backend.apply_error = HardwareError("gripper: no answer")
+    move_until(running, lambda: running.status().state == "fault")
+    assert running.stops[0].reason == "backend fault: gripper: no answer"
 
 
 def test_after_a_driver_raised_in_mid_motion_the_hold_is_commanded_every_period(
@@ -235,7 +139,7 @@ def test_two_live_gates_stop_the_robot_and_the_status_names_them(running: Runnin
         assert time.monotonic() < left_at + 20, "waited 20 s"
         wait_until(lambda: len(running.states) > ticks)  # noqa: B023
     assert time.monotonic() - left_at > 0.25
-    assert "epoch 29, session 1b59, is not of the gate that sent" in running.status().detail
+    assert "session 0000000000001b59, is not of the gate that sent" in running.status().detail
     wait_until(lambda: len(running.stops) > 1)  # repeated until a lease lists it
     assert len({stop.stop_id for stop in running.stops}) == 1
 
@@ -249,41 +153,6 @@ def test_a_row_decided_before_a_pause_is_not_carried_out_after_it(running: Runni
     (held,) = (line for line in lines if line["event"] == said)
     assert {code for code, *_ in held["acted"]} == {Hold.LEASE_STALE}
     assert running.backend.applied[held["tick"] - 1] == 0
-
-
-def move_until(running: RunningHost, condition: Callable[[], bool]) -> None:
-    """Release and grant rows, as a gate would, until there is something to see."""
-    wait_until(lambda: running.status().tick > 2)
-    seq = 0
-    while not condition():
-        seq, ticks = seq + 1, len(running.states)
-        assert seq < 500, "nothing happened in 500 rounds"
-        publish(running, seq, running.status().tick)
-        wait_until(lambda: condition() or len(running.states) > ticks)  # noqa: B023
-
-
-def publish(running: RunningHost, seq: int, tick: int) -> None:
-    """A lease and a chunk for the ticks just ahead (part 3 is the composite switch)."""
-    rows = chunk(seq, first_tick=tick + 2, horizon=4, parts=(3,))
-    if running.frame_id:
-        told = {"part": 0, "mode": ControlMode.CARTESIAN_DELTA, "frame_id": running.frame_id}
-        values = pack_floats(np.zeros((4, 6)))
-        arm = msgspec.structs.replace(rows.parts[0], **told, values=values)
-        rows = msgspec.structs.replace(rows, parts=(arm,))
-    running.bus.publisher(KEYS.safe("runner"), SafeChunk, Qos.HOT).put(rows)
-    message = lease(seq, tick, [grant(tick + 10)])
-    running.bus.publisher(KEYS.lease, Lease, Qos.HOT).put(message)
-
-
-def test_a_reset_the_driver_does_not_know_is_refused_and_ticks_go_on(running: RunningHost) -> None:
-    running.backend.refuses_resets = True
-    disarmed = lease(1, 1, state=GateState.DISARMED)
-    running.bus.publisher(KEYS.lease, Lease, Qos.HOT).put(disarmed)
-    with pytest.raises(ConfigError, match="hardware has no episodes"):
-        asyncio.run(running.host.resets.handle(encode(ResetEpisode(seed=1))))
-    steps = len(running.backend.applied)
-    wait_until(lambda: len(running.backend.applied) > steps + 2)
-    assert running.states[-1].acted[0].hold != Hold.RESETTING
 
 
 def test_a_backend_with_another_joint_order_is_refused_with_both_lists(tmp_path: Path) -> None:

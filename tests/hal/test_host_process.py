@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -139,12 +140,11 @@ def test_a_paused_lockstep_world_repeats_its_tick_in_identical_bytes(lockstep: H
 
 
 def test_a_lockstep_claim_steps_the_world_row_by_row(lockstep: HalProcess) -> None:
-    gate = LiveGate(lockstep.bus, lockstep.keys)
-    lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
-    gate.arm()
-    drive(gate, horizon=16)
-    lockstep.wait_until(lambda: len(lockstep.motion()) >= 16, "16 rows")
-    gate.close()
+    with closing(LiveGate(lockstep.bus, lockstep.keys)) as gate:
+        lockstep.wait_until(lambda: gate.newest_tick == 1, "the first state")
+        gate.arm()
+        drive(gate, horizon=16)
+        lockstep.wait_until(lambda: len(lockstep.motion()) >= 16, "16 rows")
     motion = lockstep.motion()
     assert [line["tick"] for line in motion] == list(range(1, 17))
     assert [line["acted"][BASE][2] for line in motion] == list(range(16))
@@ -156,15 +156,15 @@ def test_a_lockstep_claim_steps_the_world_row_by_row(lockstep: HalProcess) -> No
 def test_when_the_gate_falls_silent_the_ramp_begins_within_the_lease_life_and_a_tick(
     realtime: HalProcess,
 ) -> None:
-    gate = LiveGate(realtime.bus, realtime.keys)
-    realtime.wait_until(lambda: gate.newest_tick > 1, "a state")
-    gate.arm()
-    drive(gate)
-    realtime.wait_until(lambda: not realtime.motion()[-1]["acted"][BASE][0], "motion")
-    last_lease_ns = gate.silence()
-    realtime.wait_until(
-        lambda: realtime.motion()[-1]["acted"][BASE][0] == Hold.LEASE_STALE, "the hold"
-    )
+    with closing(LiveGate(realtime.bus, realtime.keys)) as gate:
+        realtime.wait_until(lambda: gate.newest_tick > 1, "a state")
+        gate.arm()
+        drive(gate)
+        realtime.wait_until(lambda: not realtime.motion()[-1]["acted"][BASE][0], "motion")
+        last_lease_ns = gate.silence()
+        realtime.wait_until(
+            lambda: realtime.motion()[-1]["acted"][BASE][0] == Hold.LEASE_STALE, "the hold"
+        )
     held = next(line for line in realtime.motion() if line["acted"][BASE][0] == Hold.LEASE_STALE)
     moved = [line for line in realtime.motion() if not line["acted"][BASE][0]]
     ramp_ms = (held["stamp_ns"] - last_lease_ns) / 1e6
@@ -172,7 +172,6 @@ def test_when_the_gate_falls_silent_the_ramp_begins_within_the_lease_life_and_a_
     assert ramp_ms <= LEASE_LIFE_MS + PERIOD_MS + 5
     assert (moved[-1]["stamp_ns"] - last_lease_ns) / 1e6 <= LEASE_LIFE_MS + 5
     assert held["tick"] == moved[-1]["tick"] + 1
-    gate.close()
 
 
 def test_garbage_on_every_key_it_reads_does_not_disturb_a_tick(realtime: HalProcess) -> None:
@@ -208,8 +207,12 @@ def test_a_stop_too_long_for_the_gate_gets_an_id_that_can_be_reset(realtime: Hal
 
     realtime.wait_until(lambda: bool(own()), "a stop of its own")
     assert 78 not in own()
-    status = decode(HalStatus, realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0))
-    assert status.state == "holding"
+
+    def is_holding() -> bool:
+        answer = realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0)
+        return decode(HalStatus, answer).state == "holding"
+
+    realtime.wait_until(is_holding, "the status")
 
 
 def test_a_killed_hal_leaves_every_decided_tick_in_its_log(realtime: HalProcess) -> None:

@@ -66,3 +66,33 @@ def test_a_full_file_is_set_aside_and_the_newest_two_are_kept(tmp_path: Path) ->
     now = path.read_text().split("\n")
     assert [*before[:-1], *now[:-1]] == [f"line {n:04}" for n in range(3, 10)]
     assert sorted(file.name for file in tmp_path.iterdir()) == ["motion.jsonl", "motion.jsonl.1"]
+
+
+def test_a_line_of_any_text_is_written_and_ends_nothing(tmp_path: Path) -> None:
+    writer = LineWriter(tmp_path / "trace.jsonl")
+    for line in ("before", "größe", "arm\udcff", "after"):
+        writer.put(line)
+    writer.close()
+    written = (tmp_path / "trace.jsonl").read_text(encoding="utf-8")
+    assert written == "before\ngröße\narm\\udcff\nafter\n"
+
+
+def test_whatever_ends_a_recording_is_said_once(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    writer = LineWriter(tmp_path / "trace.jsonl")
+    for line in ("before", 5, 6):
+        writer.put(f"{line}" if line == "before" else NoText())
+    writer.close()
+    assert writer.dropped == 1
+    path = tmp_path / "trace.jsonl"
+    assert caplog.messages == [f"{path}: no longer recorded: TypeError: no text"]
+
+
+class NoText(str):
+    """A line that cannot be formatted."""
+
+    __slots__ = ()
+
+    def __format__(self, spec: str) -> str:
+        raise TypeError("no text")

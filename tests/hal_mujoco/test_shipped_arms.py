@@ -58,7 +58,12 @@ def goal(robot: ScratchRobot, skill: str, ticks: int) -> GoalResult:
 
 
 @pytest.mark.parametrize(
-    ("arm", "simulator"), [("ur5e", "mujoco"), ("kinova3", "mujoco"), ("ur5e", "robosuite")]
+    ("arm", "simulator"),
+    [
+        ("kinova3", "mujoco"),
+        pytest.param("ur5e", "mujoco", marks=pytest.mark.thorough),
+        pytest.param("ur5e", "robosuite", marks=pytest.mark.thorough),
+    ],
 )
 def test_an_arm_reaches_a_pose_and_moves_its_tool(arm: str, simulator: str, tmp_path: Path) -> None:
     manifest = load_robot(arm)

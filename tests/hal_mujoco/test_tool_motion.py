@@ -78,7 +78,13 @@ def test_a_far_pose_is_approached_no_faster_than_the_joints_may_turn(world: Dual
     np.testing.assert_allclose(world.tool("left_arm")[0] - position, [0.2, 0, 0], atol=1e-3)
 
 
-@pytest.mark.parametrize("hold", [True, False], ids=["held", "zero deltas"])
+@pytest.mark.parametrize(
+    "hold",
+    [
+        pytest.param(True, id="held", marks=pytest.mark.thorough),
+        pytest.param(False, id="zero deltas"),
+    ],
+)
 def test_a_still_tool_does_not_drift_in_a_minute(world: DualPanda, hold: bool) -> None:
     mode = ControlMode.CARTESIAN_DELTA
     world.run({"right_arm": tool_row(mode, DELTA)}, TICKS, hold=SETTLE)

@@ -99,6 +99,7 @@ def test_the_onnx_file_says_what_jax_says_and_the_recipe_gives_it_again(
 @renders
 @pytest.mark.simulator
 @pytest.mark.processes
+@pytest.mark.thorough
 def test_a_recording_sees_and_does_what_a_policy_in_one_process_does_bit_for_bit() -> None:
     [one] = record(DEPLOYMENT, CLONE, [SEED], 0.0, 8, lambda seed, tick: None, Teacher(EXPERT, 0.0))
     with closing(LocalEpisode(DEPLOYMENT, CLONE, SEED, RESET)) as local:
@@ -127,6 +128,7 @@ class _Blind:
 
 
 @renders
+@pytest.mark.thorough
 @pytest.mark.simulator
 @pytest.mark.processes
 @pytest.mark.timeout(300)
@@ -140,6 +142,7 @@ def test_with_its_eye_shut_it_does_not_get_there(monkeypatch: pytest.MonkeyPatch
 
 
 @renders
+@pytest.mark.thorough
 @pytest.mark.simulator
 @pytest.mark.processes
 @pytest.mark.timeout(300)

@@ -69,6 +69,7 @@ def test_a_robot_that_ships_is_measured_into_limits_with_their_source(tmp_path: 
     assert block["source"].startswith("measured: fairlead robot measure kinova3")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("old", "new", "finding"),
     [
@@ -94,6 +95,7 @@ def test_what_the_numbers_cannot_tell_is_said(
     assert any(one.startswith(finding) for one in found["findings"]), found["findings"]
 
 
+@pytest.mark.thorough
 @pytest.mark.processes
 def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -> None:
     source = repo_root() / "compose" / "so101_mujoco.yaml"
@@ -190,6 +192,7 @@ def test_rotations_go_there_and_back() -> None:
         np.testing.assert_allclose(rotation_of(quaternion_of(turn)), turn, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_a_drafted_robot_is_measured_by_the_file_that_is_here_and_without_physics_that_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -37,9 +37,12 @@ def backend() -> Iterator[RobosuiteBackend]:
     made.close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def light_robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveRobot]:
-    """The same four processes without physics, and without an object to see."""
+    """The same four processes without physics, and without an object to see.
+
+    For a module: a robot that waits takes a tenth of a core, as long as it is up.
+    """
     folder: Path = tmp_path_factory.mktemp("light")
     options = ScratchOptions(pacing="lockstep", hal={"run": "hal_kinematic"})
     source = repo_root() / "compose" / "panda_mobile_sim.yaml"

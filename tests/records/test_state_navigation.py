@@ -73,6 +73,7 @@ def test_state_34_the_base_navigates_while_a_policy_moves_the_arm(
 
 
 @pytest.mark.simulator
+@pytest.mark.thorough
 def test_state_35_navigation_then_manipulation_is_one_command(
     tmp_path: Path,
 ) -> None:

@@ -14,6 +14,7 @@ GUARDS = {
     "AssemblerTransport": "the assembler's core: `receive`, `main`",
     "EpisodeResetHandler": "a waiting episode reset: `main`, `tick`",
     "Mailbox": "messages that a client's loop has not taken yet",
+    "LoopThread": "whether the blocking client is being closed: any thread that calls it",
     "JointStates": "joints of a ROS 2 system: its `receive`, `tick`",
     "LeaderArm": "a leader's newest pose: `leader`, the thread of its bus, and teleop's `main`",
     "HeardStates": "joint states that `fairlead hal check` heard: its `receive`, `main`",

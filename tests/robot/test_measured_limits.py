@@ -14,7 +14,10 @@ TICKS = 300
 
 
 @pytest.mark.simulator
-@pytest.mark.parametrize("keep_ticks", [1, 25], ids=["flicker", "sustained"])
+@pytest.mark.parametrize(
+    "keep_ticks",
+    [pytest.param(1, marks=pytest.mark.thorough, id="flicker"), pytest.param(25, id="sustained")],
+)
 def test_full_scale_driving_stays_within_bounds_tolerance_and_jump_limits(keep_ticks: int) -> None:
     robot = load_robot("panda_mobile")
     measured = robot.profile("sim").measured

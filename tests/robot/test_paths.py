@@ -127,7 +127,7 @@ def test_unknown_skill_says_that_there_is_none(checkout: Path) -> None:
 
 
 def test_name_cannot_leave_its_folder(checkout: Path) -> None:
-    with pytest.raises(ConfigError, match=r"robot '\.\./robots/one': no file"):
+    with pytest.raises(ConfigError, match=r"robot '\.\./robots/one': expected a name, not a path"):
         robot_dir("../robots/one")
 
 

@@ -53,7 +53,8 @@ def connect() -> Iterator[Connect]:
     made: list[Ros2Backend] = []
 
     def backend(robot: RobotManifest, wanted: Ros2Options) -> Ros2Backend:
-        made.append(Ros2Backend(robot, "sim", wanted))
+        profile = "hardware" if robot.base_joints else "sim"
+        made.append(Ros2Backend(robot, profile, wanted))
         return made[-1]
 
     yield backend
@@ -98,8 +99,12 @@ def test_a_base_and_a_gripper_do_what_they_are_told_and_hold(
     assert ros.values("twist")[-1] == pytest.approx([0.4, 0.0, 1.0])
     backend.read()
     across = twist(ControlMode.JOINT_VELOCITY, mobile.n_dof, {0: 0.3}, 3)
-    backend.apply({"base": across})  # along odom's x, which is now to the right of the base
-    wait_for(lambda: ros.values("twist")[-1][1] < -0.2, "the base to go sideways")
+
+    def sideways() -> bool:  # along odom's x, which is now to the right of the base
+        backend.apply({"base": across})
+        return bool(ros.values("twist")[-1][1] < -0.2)
+
+    wait_for(sideways, "the base to go sideways")
     assert np.linalg.norm(ros.values("twist")[-1][:2]) == pytest.approx(0.3)
 
     def still() -> bool:
@@ -167,7 +172,7 @@ def test_what_is_missing_at_the_start_is_said_with_who_is_there(
 
 def test_a_router_that_is_not_there_is_said(mobile: RobotManifest) -> None:
     with pytest.raises(TransportError) as caught:
-        Ros2Backend(mobile, "sim", mobile_options("tcp/127.0.0.1:9"))
+        Ros2Backend(mobile, "hardware", mobile_options("tcp/127.0.0.1:9"))
     assert str(caught.value) == (
         "ros2: router tcp/127.0.0.1:9: not reached; does it run there, and is the network up? "
         "start it: ros2 run rmw_zenoh_cpp rmw_zenohd"

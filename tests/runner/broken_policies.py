@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -203,6 +205,24 @@ class NeverLoads(Misbehaving):
     def from_options(cls, skill: SkillManifest, options: Mapping[str, Any]) -> Self:
         threading.Event().wait()
         return cls(skill)
+
+
+class StartsAnother(Misbehaving):
+    """The other writes a line to the FIFO that CHILD_WRITES names, and lives on."""
+
+    def __init__(self, skill: SkillManifest) -> None:
+        super().__init__(skill)
+        with Path(os.environ["CHILD_WRITES"]).open("w") as fifo:
+            subprocess.Popen(["/bin/sh", "-c", "echo; exec sleep 60"], stdout=fifo)
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        os._exit(7)
+
+
+class StartsAnotherAndNeverLoads(StartsAnother):
+    def __init__(self, skill: SkillManifest) -> None:
+        super().__init__(skill)
+        threading.Event().wait()
 
 
 class SaysDone(Misbehaving):

@@ -76,6 +76,7 @@ class ScriptedWorld:
         self.heartbeats: list[float] = []
         self.feedback: list[GoalFeedback] = []
         self.wanted = False
+        self.gate, self.epoch = GateState.LATCHED, EPOCH
         self._verdicts = 0
         self._leases = 0
         self._changed = threading.Condition()
@@ -177,10 +178,13 @@ class ScriptedWorld:
         self.publish(layout(number))
         self.publish_lease()
 
+    def gate_turns(self, state: GateState, epoch: int = EPOCH) -> None:
+        self.gate, self.epoch = state, epoch
+
     def publish_lease(self, state: GateState = GateState.ARMED) -> None:
         self._leases += 1
         held = (CLAIM,) if self.claims and state == GateState.ARMED else ()
-        self.publish(lease(self._leases, state=state, claims=held))
+        self.publish(lease(self._leases, epoch=self.epoch, state=state, claims=held))
 
     def publish(self, message: Message) -> None:
         self._publishers[type(message)].put(message)  # type: ignore[index]
@@ -239,7 +243,7 @@ class ScriptedWorld:
         if self.claim_refusals:
             raise self.claim_refusals.pop(0)
         self._note(self.claims, decode(Claim, payload))
-        return ClaimReply(claim_id=CLAIM, epoch=EPOCH, session=SESSION)
+        return ClaimReply(claim_id=CLAIM, epoch=self.epoch, session=SESSION)
 
     def _on_release(self, payload: bytes) -> Done:
         self._note(self.released, CLAIM)
@@ -268,8 +272,8 @@ class ScriptedWorld:
     def gate_status(self) -> GateStatus:
         former = ClaimInfo(source="runner", skill=SKILL.id, claim_id=1, parts=("arm",))
         return GateStatus(
-            robot="test_robot", profile="sim", session=SESSION, epoch=EPOCH,
-            state=GateState.LATCHED, cause="three stops within 60 s", fix="fairlead reset 7",
+            robot="test_robot", profile="sim", session=SESSION, epoch=self.epoch,
+            state=self.gate, cause="three stops within 60 s", fix="fairlead reset 7",
             latch_id=7, stop_ids=(), claims=(former,), counters=(), state_tick=1,
             lockstep_allowed=True,
             config_hash=bytes(32), robot_hash=ROBOT.robot_hash,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.policy import Done, Failed, Observation
+from fairlead.policy import Done, Failed, Observation, PastAnswer
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.surroundings import BaseSurroundings, zone_breach
 from fairlead.skill.manifest import SkillManifest, load_skill
@@ -127,6 +128,16 @@ def test_a_base_that_does_as_told_gets_there_within_scale_and_acceleration() -> 
     assert isinstance(said, Done)
     assert math.hypot(pose[0] + 1, pose[1] - 0.6) <= 0.03
     assert abs(math.remainder(pose[2] + 2, math.tau)) <= 0.03
+
+
+def test_rows_of_several_periods_go_on_with_the_rates_of_the_row_that_acts() -> None:
+    driving = policy()
+    first = driving.infer(seen("1.5 0 0", tick=10))
+    assert isinstance(first, np.ndarray)
+    answer = PastAnswer(10, first, 2, "released", *np.zeros((3, len(first)), np.bool_))
+    second = driving.infer(replace(seen("1.5 0 0", tick=18), answers=(answer,)))
+    assert isinstance(second, np.ndarray)
+    np.testing.assert_array_equal(second[0], first[4])  # from row 3 on
 
 
 def test_a_skill_that_is_not_driven_like_this_is_refused_by_name() -> None:

@@ -113,7 +113,8 @@ def test_a_load_for_which_there_is_no_room_ends_neither_the_runner_nor_its_goal(
 ) -> None:
     world = with_another_skill(make_world(), "ws://127.0.0.1:9")  # nobody is there
     world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
-    goal = world.start_goal()
+    goal = world.start_goal(stall_timeout_s=60.0)
+    world.wait_for(lambda: world.claims or None)  # its own policy has its files
     assert world.runner is not None
     pid = world.runner.pid
     open_files = len(list(Path(f"/proc/{pid}/fd").iterdir()))

@@ -98,7 +98,7 @@ def play(seed: int, loss: float) -> list[bytes]:
     return LossyRobot(story(lockstep=True), Channel(random.Random(seed), loss)).play()
 
 
-@pytest.mark.parametrize("loss", [0.05, 0.3])
+@pytest.mark.parametrize("loss", [pytest.param(0.05, marks=pytest.mark.thorough), 0.3])
 def test_every_lossy_run_is_the_undisturbed_run(loss: float) -> None:
     undisturbed = play(0, 0.0)
     assert len(undisturbed) > 10

@@ -13,11 +13,12 @@ import pytest
 from pydantic import ValidationError
 
 from fairlead.errors import ConfigError
-from fairlead.messages import ActionPart, FloatArray, floats, pack_floats
+from fairlead.messages import ActionPart, FloatArray, Outcome, floats, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.plugins import Plugin
 from fairlead.policy import Observation, PastAnswer
 from fairlead.skill.manifest import SeamSpec, SkillManifest
+from fairlead_skill_runner.chunk_tracker import CHUNKS_REMEMBERED
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.seam import ReleasedRows, Seam, held_rows
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter, read_trace
@@ -193,6 +194,27 @@ def test_a_policy_that_continues_rows_is_not_blended_as_well() -> None:
     make_policy(plugin, SKILL, {}, lambda: ROBOT, "sim")
     with pytest.raises(ConfigError, match="seam: expected none, for the policy continues the rows"):
         make_policy(plugin, with_seam(), {}, lambda: ROBOT, "sim")
+
+
+def test_however_many_answers_are_refused_the_next_leads_over_from_the_rows_that_act() -> None:
+    skill = SkillManifest.model_validate(
+        with_seam().model_dump(mode="json") | {"horizon": 40, "age_max_ticks": 60}
+    )
+    run = story(lockstep=False, skill=skill)
+    run.tick(10)
+    run.answer(rows(40, 0.1))
+    run.judge(first=11)
+    acting = arm(run)[-1]
+    tick = 10
+    while run.chunk.seq <= 1 + CHUNKS_REMEMBERED:
+        tick += 1
+        run.tick(tick)
+        if run.seen_ticks()[-1] == tick:
+            run.answer(rows(40, 0.5))
+            run.judge(Outcome.REFUSED)
+    assert tick < 10 + 40 - BLEND, "the first answer's rows still act"
+    proposed = arm(run)
+    assert proposed[0] == acting and proposed[-1] == pytest.approx(5 * acting)
 
 
 def test_the_prefix_is_what_acts_until_the_answer_can_and_a_period_on() -> None:

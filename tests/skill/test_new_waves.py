@@ -9,6 +9,7 @@ import pytest
 
 from fairlead.paths import robot_ids
 from fairlead.robot.manifest import RobotManifest, load_robot
+from tests.cli.command import fairlead_here
 from tests.draft.drafting import Desk
 from tests.draft.own_arms import drafted, slow_scara, straight_arm
 from tests.skill.waves import waved, written_skill
@@ -72,3 +73,12 @@ def test_where_the_tool_is_singular_at_home_a_new_skill_waves_a_joint(desk: Desk
     robot = drafted(desk, "straight", straight_arm())
     assert robot.part("arm").modes[-1] == "cartesian_delta"
     assert waving(desk.folder, robot, "") == "bend"
+
+
+def test_check_warns_of_a_skill_that_moves_a_tool_from_a_singular_home(desk: Desk) -> None:
+    robot = drafted(desk, "straight", straight_arm())
+    for mode, warned in (("cartesian_delta", True), ("joint_position", False)):
+        written_skill(desk.folder / mode, robot, mode)
+        done = fairlead_here("skill", "check", str(desk.folder / mode), state=desk.folder)
+        said = "WARNING home is singular for the tool of arm: smallest singular value "
+        assert (done.returncode, said in done.stdout) == (0, warned), done.stdout + done.stderr

@@ -30,6 +30,17 @@ def test_servos_that_started_anew_are_told_nothing_any_more(sound: EmulatedArm, 
         with pytest.raises(HardwareError, match="no torque: brown-out or reset"):
             hal.read()
         for _ in range(3):  # as the host holds after a fault
+            with pytest.raises(HardwareError, match="not seen"):
+                hal.apply({})
+    assert torques(sound) == [0] * 6
+
+
+def test_a_measurement_is_good_for_one_write(sound: EmulatedArm, file: Path) -> None:
+    """After a fault nobody measures: an arm that is switched off and on may not wake."""
+    with backend(sound.port, file) as hal:
+        ticks(hal, 3)
+        sound.order("dip")
+        with pytest.raises(HardwareError, match="not seen"):
             hal.apply({})
     assert torques(sound) == [0] * 6
 

@@ -187,6 +187,7 @@ def test_what_was_executed_is_held_against_the_declared_box_not_the_gates_smalle
     assert rooms["workspace"] == pytest.approx((1.0 - beyond) * margin_m, abs=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.processes
 @pytest.mark.simulator
 def test_attacks_with_a_base_and_its_switch_get_rows_through(
@@ -200,6 +201,7 @@ def test_attacks_with_a_base_and_its_switch_get_rows_through(
         assert not {*found.refused, *found.truncated} & MALFORMED, (attack, found.refused)
 
 
+@pytest.mark.thorough
 @pytest.mark.processes
 @pytest.mark.simulator
 def test_random_vectors_of_a_third_of_full_scale_get_through_while_the_switch_flickers(

@@ -80,6 +80,7 @@ def test_a_host_has_to_be_named_and_a_user(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.thorough
 def test_what_the_containers_run_is_a_robot_that_moves(tmp_path: Path) -> None:
     scratch = make_scratch(deployment_path("panda_mujoco"), tmp_path / "state", ScratchOptions())
     content = written(tmp_path, str(scratch.file))

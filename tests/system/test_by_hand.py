@@ -70,6 +70,7 @@ def test_four_services_by_hand_run_a_goal_and_one_is_started_again(person: Perso
     assert person.fairlead("ps").stdout.startswith("no deployment runs on this machine")
 
 
+@pytest.mark.thorough
 def test_up_leaves_out_what_is_run_by_hand_and_restarts_the_others_on_demand(
     person: Person,
 ) -> None:

@@ -52,6 +52,7 @@ def checkout_with(folder: Path, skill: SkillManifest, trace: Path) -> None:
     (home / "rskill.yaml").write_text(yaml.safe_dump(changed))
 
 
+@pytest.mark.thorough
 def test_random_vectors_reach_the_simulator_as_the_policy_wrote_them_but_for_the_torso(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

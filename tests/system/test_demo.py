@@ -21,6 +21,7 @@ def processes_in(folder: Path) -> list[int]:
     return pids_that_mention(folder / "state")
 
 
+@pytest.mark.thorough
 def test_after_one_that_was_killed_the_demo_does_the_task_challenges_the_gate_and_draws_it(
     tmp_path: Path,
 ) -> None:
@@ -58,6 +59,7 @@ def test_after_one_that_was_killed_the_demo_does_the_task_challenges_the_gate_an
     assert processes_in(out) == []
 
 
+@pytest.mark.thorough
 def test_a_demo_whose_service_dies_in_the_middle_names_it_with_its_last_lines(
     tmp_path: Path,
 ) -> None:

@@ -74,6 +74,7 @@ def test_my_first_robot_brings_a_robot_that_moves(
     assert farthest(newcomer, monkeypatch) > WAVED_RAD
 
 
+@pytest.mark.thorough
 def test_my_hal_brings_a_hal_of_ones_own_that_moves_the_robot(
     newcomer: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:

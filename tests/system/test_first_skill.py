@@ -30,6 +30,7 @@ def newcomer(tmp_path: Path) -> Iterator[Person]:
         yield person
 
 
+@pytest.mark.thorough
 def test_the_commands_of_the_document_do_what_it_says(newcomer: Person) -> None:
     done: dict[str, subprocess.CompletedProcess[str]] = {}
     for line in commands():

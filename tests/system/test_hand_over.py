@@ -154,7 +154,10 @@ def test_pick_drive_and_place_as_three_skills_do_the_task_and_no_part_holds_betw
 
 @pytest.mark.parametrize(
     ("robot", "runners"),
-    [(("panda_mujoco", "realtime", runners), runners) for runners in (ONE, TWO)],
+    [
+        (("panda_mujoco", "realtime", ONE), ONE),
+        pytest.param(("panda_mujoco", "realtime", TWO), TWO, marks=pytest.mark.thorough),
+    ],
     indirect=["robot"],
 )
 def test_in_realtime_rows_act_until_those_of_a_policy_that_loads_for_4_s_do(

@@ -157,7 +157,7 @@ def test_the_base_gets_to_a_pose_and_the_goal_succeeds_by_the_policys_word(
     ("prompt", "kind", "said"),
     [
         ("", "bad_goal", "got 'x y yaw'"),
-        ("1 2", "bad_goal", "expected three numbers 'x y yaw' [m, m, rad], got '1 2'"),
+        ("1 2", "bad_goal", "in plain numbers, such as 0.5 -1 1.57, got '1 2'"),
         ("1 2 nan", "bad_goal", "got '1 2 nan'"),
         ("3.9 0 0", "goal_outside_zones", "0.05 m outside keep_in zone kitchen"),
     ],

@@ -45,6 +45,7 @@ def up(customer: Person) -> Iterator[list[str]]:
         yield lines
 
 
+@pytest.mark.thorough
 def test_its_robot_skill_layout_policy_and_hal_are_found_by_name(customer: Person) -> None:
     assert customer.does("fairlead", "--version").splitlines()[-1] == (
         "  acme-arm 1.0: HAL acme_arm, policy backend acme_reach, layout acme_tip_5d, "

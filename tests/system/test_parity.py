@@ -30,6 +30,7 @@ def parity(folder: Path, *arguments: str) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.thorough
 def test_what_the_clone_does_deployed_it_does_in_one_process_and_its_vectors_in_plain_robosuite(
     tmp_path: Path,
 ) -> None:
@@ -67,6 +68,7 @@ class Policy:
 """
 
 
+@pytest.mark.thorough
 def test_the_earlier_states_of_a_deployed_policy_are_those_of_one_process(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -94,6 +96,7 @@ def test_random_vectors_of_full_scale_do_in_plain_robosuite_what_the_hal_does_wi
     assert not any(episode["held"] for episode in report["episodes"])
 
 
+@pytest.mark.thorough
 def test_a_hal_that_slows_joints_down_is_not_the_simulator_of_the_training(
     tmp_path: Path,
 ) -> None:
@@ -152,6 +155,7 @@ class Looks:
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine")
 def test_the_very_pictures_that_a_policy_gets_are_the_same_in_process_and_deployed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -48,6 +48,7 @@ def run_episode(robot: LiveRobot, seed: int) -> Episode:
 
 
 @pytest.mark.timeout(300)
+@pytest.mark.thorough
 def test_the_expert_reaches_the_object_drives_and_puts_it_into_the_cabinet(
     lockstep_robot: LiveRobot,
 ) -> None:

@@ -35,6 +35,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(
 
 ONE_HOST = repo_root() / "compose" / "panda_mobile_sim.yaml"
 SEED = 3
+FAR = "0 1.2 0"
 CUT_BOUND_MS = 550.0
 ROUTER_BOUND_MS = 150.0
 SETTLE_TICKS = 4
@@ -60,6 +61,7 @@ def realtime(network: TwoNetworks, tmp_path: Path) -> Iterator[TwoHosts]:
         yield hosts
 
 
+@pytest.mark.thorough
 def test_the_demo_across_two_hosts_packs_the_same_actions_as_on_one(
     network: TwoNetworks, tmp_path: Path
 ) -> None:
@@ -108,7 +110,7 @@ def start_moving(hosts: TwoHosts) -> subprocess.Popen[str]:
     """A goal that an operator at the robot follows, and whose rows are being executed now."""
     acknowledge(hosts)
     began_ns = time.monotonic_ns()
-    goal = hosts.start("robot", "run", SKILL, "--seed", "0", "--json")
+    goal = hosts.start("robot", "run", "go-to", "--prompt", FAR, "--json")
     wait_for(lambda: moves_since(hosts, began_ns) or goal.poll() is not None, "it moves")
     assert goal.poll() is None, "\n".join(goal.communicate())
     return goal
@@ -179,6 +181,7 @@ def test_a_cut_link_ends_motion_and_once_healed_a_new_goal_moves_the_robot(
     new_goal_moves(realtime)
 
 
+@pytest.mark.thorough
 def test_a_killed_router_ends_motion_and_once_restarted_a_new_goal_moves_the_robot(
     realtime: TwoHosts, timer: TimerProcess
 ) -> None:

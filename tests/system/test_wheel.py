@@ -96,6 +96,7 @@ def test_own_skills_go_to_the_users_folder_and_leave_the_installation_alone(pers
     assert sorted(person.tree.rglob("*")) == before
 
 
+@pytest.mark.thorough
 def test_the_demo_does_its_task(person: Person) -> None:
     person.does("fairlead", "demo", "--no-video")
     summary = json.loads((person.home / "out/demo/summary.json").read_text(encoding="utf-8"))

@@ -15,6 +15,7 @@ from typing import Any
 
 import yaml
 
+from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
 from bench.equipment.motion_log import MotionLog
 from fairlead.paths import ACCESS_VARIABLE, STATE_VARIABLE, repo_root
@@ -40,7 +41,8 @@ class TwoHosts:
 
     Args:
         folder: gets a folder for each host.
-        pacing: ``lockstep`` (with traces) or ``realtime``.
+        pacing: ``lockstep`` (with traces), or ``realtime``, with a HAL that computes no physics:
+            a busy machine must not be taken for a cut link.
         zenohd: Zenoh's own router, in the place of ours; None for ours.
     """
 
@@ -52,8 +54,11 @@ class TwoHosts:
         content = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
         content |= {"hosts": network.addresses, "pacing": pacing, "id": self._id}
         content["router"]["port"] = free_ports(1)[0]
-        for name in ("hal", "runner"):
-            content["services"][name]["options"]["trace"] = pacing == "lockstep"
+        if pacing == "realtime":
+            content["services"]["hal"] = {**LIGHT_HAL, "host": "robot"}
+        else:
+            for name in ("hal", "runner"):
+                content["services"][name]["options"]["trace"] = True
         for host in HOSTS:
             self._file(host).parent.mkdir(parents=True)
             self._file(host).write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")

@@ -31,6 +31,7 @@ def wait_for_standstill(backend: RobosuiteBackend) -> int:
     raise AssertionError("never still")
 
 
+@pytest.mark.thorough
 def test_a_held_robot_drifts_less_than_5_mm_in_a_minute(backend: RobosuiteBackend) -> None:
     backend.reset(0)
     for _ in range(20):  # away from the start pose first

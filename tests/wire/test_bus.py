@@ -92,11 +92,12 @@ def test_a_put_reaches_every_subscriber_its_own_sessions_too(
     assert drain(inbox, 1) == drain(second, 1) == [("fl/r/x", 7)]
 
 
+@pytest.mark.parametrize("heard", ["fl/r/x", "fl/r/*"])
 def test_an_undeclared_subscriber_hears_nothing_more(
-    pair: Pair, inbox: queue.Queue[Sample]
+    pair: Pair, inbox: queue.Queue[Sample], heard: str
 ) -> None:
     other: queue.Queue[Sample] = queue.Queue()
-    first = pair.near.subscribe("fl/r/x", inbox.put)
+    first = pair.near.subscribe(heard, inbox.put)
     pair.near.subscribe("fl/r/x", other.put)
     pair.settle()
     put = beat(pair.far, "fl/r/x")

@@ -24,7 +24,8 @@ print(*(len(way(CASES[0], WARM_UP + 5)) for way in (floor, fairlead)))
 def test_every_tick_s_pictures_arrive_whole() -> None:
     """In a process of its own: the ends are forked, which the sessions of other tests forbid."""
     done = subprocess.run([sys.executable, "-c", MOVE], stdout=subprocess.PIPE, timeout=120)
-    assert done.stdout.split() == [b"5", b"5"]
+    # Zenoh writes there too: a user who may lock 8 MB of memory is told that its pool was not made.
+    assert done.stdout.split()[-2:] == [b"5", b"5"]
 
 
 def test_ratios_are_of_medians_and_what_was_not_measured_is_said() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, MessageError, expected
 from fairlead.hal.backend import FramePose, PartCommand
+from fairlead.hal.setpoint_limits import SetpointLimits
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
@@ -25,8 +26,9 @@ PLANE = [0, 1, 5]
 class BaseState:
     """Where the base is in ``odom``: x, y [m], yaw over its turns [rad], and their rates.
 
-    positions, velocities: shape ``[3]``, along the axes of ``odom``; stamp_ns, arrived_s: as of
-    `Reading`.
+    positions, velocities: shape ``[3]``, of the joints x, y and yaw: along the axes of ``odom``,
+        and of the axis that the yaw turns about, where that is not the base frame's own.
+    stamp_ns, arrived_s: as of `Reading`.
     """
 
     pose: FramePose
@@ -39,8 +41,8 @@ class BaseState:
 class Odometry:
     """The newest state of the base. `take` for one thread, `newest` for any."""
 
-    def __init__(self, topics: BaseTopics, base_frame: str) -> None:
-        self._topics, self._base_frame = topics, base_frame
+    def __init__(self, topics: BaseTopics, base_frame: str, yaw_axis: FloatArray) -> None:
+        self._topics, self._base_frame, self._yaw_axis = topics, base_frame, yaw_axis
         self.newest: BaseState | None = None
         self._lateness = Lateness()
 
@@ -65,10 +67,11 @@ class Odometry:
         yaw = _yaw(there.rotation_xyzw)
         if self.newest is not None:  # over its turns: the nearest to where it was
             yaw += 2 * np.pi * np.round((self.newest.positions[2] - yaw) / (2 * np.pi))
+        axis = _turned(self._yaw_axis, yaw)
         self.newest = BaseState(
             there,
-            np.array([*there.translation[:2], yaw]),
-            np.array([*_turned(rates[:2], yaw), rates[2]]),
+            np.array([*(there.translation[:2] + axis - self._yaw_axis), yaw]),
+            np.array([*(_turned(rates[:2], yaw) + rates[2] * _across(axis)), rates[2]]),
             stamp_ns,
             now_s - self._lateness.of(stamp_ns, now_s),
         )
@@ -79,12 +82,15 @@ class BaseDrive:
 
     Args:
         robot: with ``base_joints`` x, y and yaw.
+        profile: the safety profile whose limits these are.
+        yaw_axis: where the base turns, in its own frame [m]; shape ``[2]``.
     """
 
-    def __init__(self, robot: RobotManifest) -> None:
+    def __init__(self, robot: RobotManifest, profile: str, yaw_axis: FloatArray) -> None:
         self._joints = [robot.joint_names.index(name) for name in robot.base_joints]
-        limits = [robot.joint(name).acceleration_limit for name in robot.base_joints]
-        self._slowing = np.array(limits) * robot.tick_period_ns * 1e-9
+        self._yaw_axis = yaw_axis
+        slowing = SetpointLimits(robot, profile).slowing[self._joints]
+        self._slowing = slowing * robot.tick_period_ns * 1e-9
         self._rates = np.zeros(3)
 
     def advance(self, command: PartCommand | None, yaw: float) -> FloatArray:
@@ -103,7 +109,8 @@ class BaseDrive:
             self._rates = command.values[PLANE].copy()
         else:
             rates = command.values[self._joints]
-            self._rates = np.array([*_turned(rates[:2], -yaw), rates[2]])
+            own = _turned(rates[:2], -yaw) - rates[2] * _across(self._yaw_axis)
+            self._rates = np.array([*own, rates[2]])
         return self._rates
 
 
@@ -121,6 +128,11 @@ def twist_message(types: MessageTypes, rates: FloatArray) -> Any:
 def _yaw(xyzw: FloatArray) -> float:
     x, y, z, w = xyzw
     return float(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def _across(vector: FloatArray) -> FloatArray:
+    """How the tip of a vector moves that turns with 1 rad/s."""
+    return np.array([-vector[1], vector[0]])
 
 
 def _turned(vector: FloatArray, angle: float) -> FloatArray:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+import numpy as np
+
 from fairlead.errors import ConfigError, expected
+from fairlead.hal.setpoints import check_command_frame
+from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
@@ -18,6 +22,17 @@ POSITION_MODES = (
     ControlMode.GRIPPER_BINARY,
 )
 BASE_MODES = (ControlMode.JOINT_VELOCITY, ControlMode.BODY_TWIST)
+
+
+def yaw_axis(robot: RobotManifest, profile: str) -> FloatArray:
+    """Where a mobile base turns, in its own frame [m]; shape ``[2]``.
+
+    Raises:
+        ConfigError: commands of a simulator's base, which no twist follows.
+    """
+    check_command_frame(robot, profile, "hal_ros2")
+    base = robot.profile(profile).base
+    return np.zeros(2) if base is None else np.array(base.yaw_axis_m)
 
 
 def check_fit(robot: RobotManifest, options: Ros2Options) -> None:

@@ -21,7 +21,7 @@ from fairlead_hal_ros2.joint_states import JointSource, JointStates, age_s, meas
 from fairlead_hal_ros2.mobile_base import BaseDrive, Odometry, twist_message
 from fairlead_hal_ros2.options import Ros2Options
 from fairlead_hal_ros2.part_drive import PartDrive
-from fairlead_hal_ros2.robot_fit import check_fit
+from fairlead_hal_ros2.robot_fit import check_fit, yaw_axis
 
 HERE, UPRIGHT = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 POLL_S = 0.02
@@ -53,7 +53,10 @@ class Ros2Backend:
             for name in robot.measured_joint_names
         ]
         self._states, self._frames = JointStates(), Frames(options.frames)
-        self._odometry = Odometry(options.base, robot.base_frame) if options.base else None
+        self._odometry = None
+        if options.base:
+            self._yaw_axis = yaw_axis(robot, profile)
+            self._odometry = Odometry(options.base, robot.base_frame, self._yaw_axis)
         self._node = RosNode(options, "fairlead_hal")
         try:
             self._connect()
@@ -76,7 +79,7 @@ class Ros2Backend:
         self._listeners = [(drive.topic, drive.kind) for drive in self._drives.values()]
         if options.base is not None and self._odometry is not None:
             odometry = self._odometry
-            self._base_drive = BaseDrive(robot)
+            self._base_drive = BaseDrive(robot, self._profile, self._yaw_axis)
             self._twists = node.publisher(options.base.twist, TWIST)
             self._listeners.append((options.base.twist, TWIST))
             node.subscribe(
@@ -234,5 +237,9 @@ class Ros2Backend:
         return b""
 
     def close(self) -> None:
-        """Leave the ROS 2 system."""
-        self._node.close()
+        """Leave the ROS 2 system; a base that may still have a twist is told to stand."""
+        try:
+            if self._odometry is not None and self._at_rest["base"] <= REST_PERIODS:
+                self._twists.publish(twist_message(self._node.types, np.zeros(3)))
+        finally:
+            self._node.close()

@@ -136,17 +136,19 @@ class So101Backend:
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         """Write every servo's goal: a joint's target, or its share of a tool's way.
 
-        None where the servos were not measured in this tick: each stays at its last goal.
+        A measurement is good for one write; where it is missing, each stays at its last goal.
 
         Raises:
             ConfigError: a servo is beyond a limit of the options or says a fault, or a goal is
                 outside the calibrated range: no goal has changed.
-            HardwareError: the port is gone.
+            HardwareError: the port is gone, or the servos were not seen since the last write.
         """
         if commands and self._health.complaint:
             raise ConfigError(f"hal_so101: {self._health.complaint}")
         if not self._may_write:
-            return
+            if 0 < self._lost["measurement"] <= self._options.lost_ticks:
+                return
+            raise HardwareError("hal_so101: servos that were not seen are told nothing")
         before = self._setpoints.positions.copy()
         goals = self._setpoints.advance(commands, self._positions())
         try:
@@ -154,6 +156,7 @@ class So101Backend:
         except ConfigError:
             self._setpoints.restart(before)
             raise
+        self._may_write = False
         try:
             self._bus.write_all(GOAL_POSITION, 2, steps)
         except LostAnswerError as error:

@@ -30,6 +30,7 @@ def candidate(
     now_tick: int,
     positions: FloatArray,
     before: ReleasedRows | None = None,
+    others_act: bool = False,
 ) -> SentChunk:
     """The chunk of all parts for one answer of the policy, encoded once.
 
@@ -43,6 +44,8 @@ def candidate(
         now_tick: the newest tick, from which the gate's verdict is awaited.
         positions: of the measured joints in that tick, in wire order [rad or m].
         before: released rows that act now and next.
+        others_act: rows of the goal before this one act now. They are not known here: nothing
+            leads over from them, nor from where the joints are, which would lead back.
 
     Raises:
         ConfigError: if ``actions`` is not as wide as the skill's action contract.
@@ -60,7 +63,7 @@ def candidate(
     seam = setup.skill.seam
     if seam is not None and not setup.lockstep:
         if before is None or before.last_tick < now_tick:
-            before = held_rows(parts, positions[: setup.n_dof], now_tick)
+            before = held_rows(() if others_act else parts, positions[: setup.n_dof], now_tick)
         parts = Seam(before, now_tick, seam.blend_ticks).blended(parts, widths, tick)
     message = ActionChunk(
         robot_hash=setup.robot_hash,

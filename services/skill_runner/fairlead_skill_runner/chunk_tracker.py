@@ -50,7 +50,7 @@ class ChunkTracker:
         self.released_last = 0
         self._released_seq = 0  # chunk of the released rows
         self._newest_verdict = 0  # verdict ids increase
-        self._sent: dict[int, SentChunk] = {}  # by seq, those that may still be judged
+        self._sent: dict[int, SentChunk] = {}  # by seq: may still be judged, or has rows that act
         self._refused: set[int] = set()
         self._last_refused = ""
 
@@ -102,7 +102,9 @@ class ChunkTracker:
         self.newest = chunk
         self.answered = False
         self._sent[chunk.seq] = chunk
-        self._sent.pop(chunk.seq - CHUNKS_REMEMBERED, None)
+        oldest = chunk.seq - CHUNKS_REMEMBERED
+        for seq in [seq for seq in self._sent if seq <= oldest and seq != self._released_seq]:
+            del self._sent[seq]
 
     def judged(self, verdict: Verdict) -> bool:
         """Take a verdict on this claim; False if it says nothing new.

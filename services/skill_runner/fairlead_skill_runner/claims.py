@@ -98,7 +98,7 @@ async def release_claim(
 
 async def gate_cause(bus: Bus, keys: Keys) -> str:
     """Why the gate is not armed and what would change it; "" if it is, or does not answer."""
-    status = await _gate_status(bus, keys)
+    status = await gate_status(bus, keys)
     return "" if status is None else why_not_armed(status)
 
 
@@ -107,11 +107,12 @@ async def live_claims(bus: Bus, keys: Keys) -> dict[int, str]:
 
     A claim that is granted under one of these ids goes on with that one's rows.
     """
-    status = await _gate_status(bus, keys)
+    status = await gate_status(bus, keys)
     return {} if status is None else {claim.claim_id: claim.source for claim in status.claims}
 
 
-async def _gate_status(bus: Bus, keys: Keys) -> GateStatus | None:
+async def gate_status(bus: Bus, keys: Keys) -> GateStatus | None:
+    """What the gate says of itself; None if it does not answer."""
     try:
         return await ask(bus, keys.gate_status, StatusQuery(), GateStatus, QUERY_TIMEOUT_S)
     except FairleadError:

@@ -13,10 +13,12 @@ from fairlead.errors import FairleadError
 from fairlead.keys import Keys
 from fairlead.messages import (
     ClaimReply,
+    GateStatus,
     Goal,
     GoalFeedback,
     GoalResult,
     HalStatus,
+    Lease,
     StatusQuery,
 )
 from fairlead.operate.heartbeat import beat
@@ -25,6 +27,7 @@ from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus, Publisher
 from fairlead.wire.on_loop import ask
 from fairlead_skill_runner import results
+from fairlead_skill_runner.before_claim import BeforeClaim
 from fairlead_skill_runner.claims import (
     QUERY_TIMEOUT_S,
     claim_request,
@@ -34,6 +37,7 @@ from fairlead_skill_runner.claims import (
     take_claim,
 )
 from fairlead_skill_runner.goal_executor import GoalExecutor, Progress
+from fairlead_skill_runner.goal_feedback import as_feedback
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_skill_runner.run_setup import RunSetup
 from fairlead_skill_runner.trace import TraceWriter
@@ -62,7 +66,11 @@ HAND_OVER_S = 2.0
 
 
 class GoalRun:
-    """One goal. Messages go to its `executor`, `feedback` tells how it goes."""
+    """One goal. Messages go to its `executor`, `feedback` tells how it goes.
+
+    Args:
+        gate: what it said of itself when the goal came; None: nothing.
+    """
 
     def __init__(
         self,
@@ -71,6 +79,7 @@ class GoalRun:
         goal: Goal,
         admission: Admission,
         worker: PolicyWorker,
+        gate: GateStatus | None,
     ) -> None:
         self.goal_id = goal_id
         self.skill = admission.skill
@@ -83,6 +92,8 @@ class GoalRun:
         self._phase = "loading"
         self._loading: asyncio.Task[None] | None = None
         self._cancelled_by = ""
+        self._gate_left: GoalResult | None = None  # without a claim
+        self._gate = BeforeClaim(around.bus, around.keys, around.tasks, gate, self._end_unclaimed)
         self._ended = asyncio.Event()
         self._left: dict[int, asyncio.Task[None]] = {}  # to this goal, and not taken by it
         self._log = logging.getLogger(around.source)
@@ -96,12 +107,21 @@ class GoalRun:
         if self.executor is not None:
             self.executor.cancel(by)
 
+    def on_lease(self, lease: Lease) -> None:
+        """For a goal that has no claim yet; to be called on the loop."""
+        self._gate.on_lease(lease)
+
+    def _end_unclaimed(self, result: GoalResult) -> None:
+        """Its policy goes on loading: a gate that was idle for too long is armed again."""
+        self._gate_left = result
+        self._ended.set()
+
     def feedback(self) -> GoalFeedback:
         """How the goal stands now."""
         executor = self.executor
         progress = executor.progress() if executor is not None else Progress(self._phase)
         phase = "ended" if self.result else progress.phase
-        return _feedback(
+        return as_feedback(
             self._around.source,
             self.goal_id,
             self.skill.id,
@@ -117,10 +137,11 @@ class GoalRun:
             result = await self._run()
         except FairleadError as error:
             by = self._cancelled_by
-            result = results.cancelled(by) if by else results.of_error(error)
+            result = results.cancelled(by) if by else self._gate_left or results.of_error(error)
         except Exception as error:  # noqa: BLE001 - a bug ends the goal, never the runner
             self._log.exception("goal %016x", self.goal_id)
             result = results.internal_error(error)
+        self._gate.over()
         for claim_id in self._leave():
             await self._release(claim_id)
         how = f"{result.outcome} {result.kind}".rstrip()
@@ -129,16 +150,9 @@ class GoalRun:
 
     async def _run(self) -> GoalResult:
         around = self._around
-        self._loading = asyncio.create_task(self._load())
-        if self._cancelled_by:
-            self._loading.cancel()
-        try:
-            await self._loading
-        except asyncio.CancelledError:
-            if not self._cancelled_by:  # the runner ends
-                raise
-        if self._cancelled_by:
-            return results.cancelled(self._cancelled_by)
+        over = await self._loaded()
+        if over is not None:
+            return over
         token = around.bus.declare_token(around.keys.want_layout(self.skill.id))
         try:
             hal = await ask(
@@ -156,9 +170,35 @@ class GoalRun:
         finally:
             token.undeclare()
 
+    async def _loaded(self) -> GoalResult | None:
+        """Load the policy; how the goal has ended meanwhile, if it has."""
+        self._loading = asyncio.create_task(self._load())
+        if self._cancelled_by:
+            self._loading.cancel()
+        ended = asyncio.create_task(self._ended.wait())
+        try:
+            await asyncio.wait({self._loading, ended}, return_when=asyncio.FIRST_COMPLETED)
+            if self._gate_left is not None and not self._cancelled_by:
+                self._loading.add_done_callback(self._log_load)
+                return self._gate_left
+            await self._loading
+        except asyncio.CancelledError:
+            if not self._cancelled_by:  # the runner ends
+                self._loading.cancel()
+                raise
+        finally:
+            ended.cancel()
+        return results.cancelled(self._cancelled_by) if self._cancelled_by else None
+
     async def _load(self) -> None:
         await self._worker.load()
-        await self._worker.reset()
+        if self._gate_left is None:
+            await self._worker.reset()
+
+    def _log_load(self, loading: asyncio.Task[None]) -> None:
+        error = None if loading.cancelled() else loading.exception()
+        if error is not None:
+            self._log.warning("skill %s is not loaded: %s", self.skill.id, error)
 
     async def _run_claimed(
         self, hal: HalStatus, routes: tuple[Route, ...], claim: ClaimReply, handed_over: bool
@@ -167,9 +207,13 @@ class GoalRun:
         beating = around.tasks.create_task(beat(around.heartbeat, claim.claim_id), name="heartbeat")
         self._log.info("goal %016x has claim %016x", self.goal_id, claim.claim_id)
         self._leave()  # what it has not taken ends without heartbeats
+        self._gate.over()
         lost, offered_to = False, ""
         trace = TraceWriter(around.trace_file) if around.trace_file is not None else None
         try:
+            left = self._gate_left or self._gate.refusal(claim)
+            if left is not None:
+                return left
             if claim.session != hal.session:
                 return results.new_session(hal.session, claim.session)
             setup = RunSetup.of(
@@ -236,25 +280,3 @@ class GoalRun:
         if self._cancelled_by:
             self.executor.cancel(self._cancelled_by)
         return await self.executor.follow()
-
-
-def no_goal(source: str) -> GoalFeedback:
-    """What a runner says of its goal before the first."""
-    return _feedback(source, 0, "", Progress("idle"), None)
-
-
-def _feedback(
-    source: str, goal_id: int, skill: str, progress: Progress, result: GoalResult | None
-) -> GoalFeedback:
-    return GoalFeedback(
-        source=source,
-        goal_id=goal_id,
-        skill=skill,
-        phase=progress.phase,
-        tick=progress.tick,
-        queue_depth=progress.queue_depth,
-        inferences=progress.inferences,
-        starved=progress.starved,
-        last_refusal=progress.last_refusal,
-        result=result,
-    )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import os
+import signal
 import socket
 import sys
 from collections.abc import Mapping
@@ -34,6 +36,8 @@ from fairlead_skill_runner.policy_wire import (
 LOAD_TIMEOUT_S = 120.0
 RESET_TIMEOUT_S = LOAD_TIMEOUT_S  # a server that was started anew compiles
 _END_TIMEOUT_S = 1.0
+_GUARD = ("/bin/sh", "-c", "read _; kill -9 0")
+"""Ends its process group, itself too, when nobody holds its standard input any more."""
 
 
 class PolicyWorker:
@@ -43,6 +47,9 @@ class PolicyWorker:
 
     After a call that raised, or was cancelled, the process is gone, so a late answer cannot be
     taken for the answer to a later question; `load` starts a new one.
+
+    The process has a group of its own, which ends with it: so do processes that the policy
+    started. A guard in it ends all when the runner is gone, however that ended.
     """
 
     def __init__(
@@ -62,6 +69,7 @@ class PolicyWorker:
         self._reply_max = reply_max_bytes(skill.action_contract.dim, skill.horizon)
         self._process: asyncio.subprocess.Process | None = None
         self._pipe: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
+        self._guard: tuple[asyncio.subprocess.Process, int] | None = None
         self._turn = asyncio.Lock()
         self._loading: asyncio.Task[None] | None = None
 
@@ -108,8 +116,23 @@ class PolicyWorker:
                 str(theirs.fileno()),
                 pass_fds=[theirs.fileno()],
                 stdin=asyncio.subprocess.DEVNULL,
+                process_group=0,
             )
         self._pipe = await asyncio.open_unix_connection(sock=ours)
+        await self._start_guard(self._process.pid)
+
+    async def _start_guard(self, group: int) -> None:
+        read_end, held = os.pipe()
+        try:
+            guard = await asyncio.create_subprocess_exec(
+                *_GUARD, stdin=read_end, process_group=group
+            )
+        except BaseException:
+            os.close(held)
+            raise
+        finally:
+            os.close(read_end)
+        self._guard = guard, held
 
     async def reset(self) -> None:
         """Tell the policy that a new goal begins.
@@ -188,8 +211,8 @@ class PolicyWorker:
 
     async def _end(self, at_once: bool = False) -> int | None:
         """By force if it does not listen, or ``at_once``; its exit status, if there was one."""
-        process, pipe = self._process, self._pipe
-        self._process = self._pipe = None
+        process, pipe, guard = self._process, self._pipe, self._guard
+        self._process = self._pipe = self._guard = None
         if pipe is not None:
             pipe[1].close()
         if process is None:
@@ -197,12 +220,18 @@ class PolicyWorker:
         if at_once:
             self._kill(process)
         ending = asyncio.ensure_future(process.wait())
-        await asyncio.wait({ending}, timeout=_END_TIMEOUT_S)  # as in `Changes`
-        if not ending.done():
+        try:
+            await asyncio.wait({ending}, timeout=_END_TIMEOUT_S)  # as in `Changes`
+        finally:
             self._kill(process)
+            if guard is not None:
+                os.close(guard[1])
+        if guard is not None:
+            await guard[0].wait()
         return await ending
 
     @staticmethod
     def _kill(process: asyncio.subprocess.Process) -> None:
+        """And all that is left of its group."""
         with suppress(ProcessLookupError):
-            process.kill()
+            os.killpg(process.pid, signal.SIGKILL)

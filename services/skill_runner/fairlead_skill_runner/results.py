@@ -98,6 +98,12 @@ def claim_lost(words: str) -> GoalResult:
     return _failed("claim_lost", words)
 
 
+def gate_left(what: str, why: str = "") -> GoalResult:
+    """Before the goal had a claim the gate stopped, latched, disarmed or started anew."""
+    because = f" ({why})" if why else ""
+    return claim_lost(f"no claim was taken: {what}{because}; give the goal again")
+
+
 def new_session(ours: int, theirs: int) -> GoalResult:
     """The HAL was restarted: ticks and claims of the old session mean nothing."""
     return _failed(

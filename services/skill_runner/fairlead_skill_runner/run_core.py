@@ -195,7 +195,10 @@ class RunCore:
         sent = fitted(self.setup.routes, answer)
         self._fits.add(answer, sent)
         seq, before = self._chunks.next_seq, self._chunks.released_rows()
-        chunk = candidate(self.setup, seq, asked, sent, self.tick, self._positions, before)
+        chunk = candidate(
+            self.setup, seq, asked, sent, self.tick, self._positions, before,
+            self.setup.handed_over and not self._feedback.all_held(self.tick),
+        )  # fmt: skip
         self._chunks.sent(chunk, took_s)
         self._feedback.on_answer(chunk.obs_tick, answer, chunk.horizon)
         self._schedule.sent(chunk, self.tick)

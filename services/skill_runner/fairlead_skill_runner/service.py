@@ -8,6 +8,7 @@ import secrets
 from pathlib import Path
 
 from fairlead.errors import FairleadError, RefusedError
+from fairlead.jpeg import decoded
 from fairlead.messages import (
     ActionChunk,
     Cancel,
@@ -15,6 +16,7 @@ from fairlead.messages import (
     Goal,
     GoalAccepted,
     GoalFeedback,
+    GoalResult,
     HalStatus,
     Heartbeat,
     Image,
@@ -33,8 +35,10 @@ from fairlead.service import ServiceContext
 from fairlead.skill.manifest import SkillManifest
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.on_loop import call_on
+from fairlead_skill_runner.claims import gate_status
 from fairlead_skill_runner.goal_check import check_goal
-from fairlead_skill_runner.goal_run import GoalRun, Surroundings, no_goal
+from fairlead_skill_runner.goal_feedback import no_goal
+from fairlead_skill_runner.goal_run import GoalRun, Surroundings
 from fairlead_skill_runner.offered_skills import OfferedSkills
 from fairlead_skill_runner.policy_worker import PolicyWorker
 
@@ -66,6 +70,8 @@ class SkillRunner:
         self._hal: HalStatus | None = None
         self._goal: GoalRun | None = None
         self._goal_task: asyncio.Task[None] | None = None
+        self._published: tuple[int, str, str, GoalResult | None] | None = None
+        self._quiet_s = 0.0
         self._accepting = asyncio.Lock()
         self._loop, self._stops = asyncio.get_running_loop(), 0
         keys, source = self._keys, self._source
@@ -99,10 +105,10 @@ class SkillRunner:
         keys = self._keys
         self._forward(keys.joints, JointState)
         self._forward(keys.task, TaskState)
-        self._forward(keys.lease, Lease)
         self._forward(keys.verdict(self._source), Verdict)
         self._bus.subscribe(keys.hal_status, self._on_hal_status)
         self._bus.subscribe(keys.stop, self._on_stop)
+        self._bus.subscribe(keys.lease, self._on_lease)
         for skill in self._skills.at_start().values():
             self._hear(skill)
 
@@ -120,7 +126,9 @@ class SkillRunner:
         def on_sample(sample: Sample) -> None:
             executor = self._goal.executor if self._goal is not None else None
             if executor is not None and not executor.is_over:
-                executor.deliver(decode(kind, sample.payload))
+                message = decode(kind, sample.payload)
+                # Here what is no JPEG is dropped and said; in the goal it would end the goal.
+                executor.deliver(decoded(message) if isinstance(message, Image) else message)
 
         if kind is Image:
             self._bus.subscribe_frames(key, on_sample)
@@ -137,8 +145,22 @@ class SkillRunner:
         stop = decode(StopLevel, sample.payload)
         call_on(self._loop, lambda: self._end_before_claim(stop))
 
+    def _on_lease(self, sample: Sample) -> None:
+        goal = self._goal
+        if goal is None or goal.result is not None:
+            return
+        executor = goal.executor
+        if executor is None:
+            lease = decode(Lease, sample.payload)
+            call_on(self._loop, lambda: goal.on_lease(lease))
+        elif not executor.is_over:
+            executor.deliver(decode(Lease, sample.payload))
+
     def _end_before_claim(self, stop: StopLevel) -> None:
-        """The gate ends claims; a goal without one yet must not begin after the stop's reset."""
+        """The gate ends claims; a goal without one yet must not begin after the stop's reset.
+
+        A stop by nobody, as the gate's own, is seen in the leases (`BeforeClaim`).
+        """
         self._stops += 1
         if self._goal is not None and self._goal.executor is None:
             self._goal.cancel(f"{stop.by}, who stopped the robot: {stop.reason}")
@@ -147,9 +169,11 @@ class SkillRunner:
 
     async def _on_goal(self, payload: bytes) -> GoalAccepted:
         goal = decode(Goal, payload)
+        self._refuse_while_one_runs()
+        stops = self._stops
+        gate = await gate_status(self._bus, self._keys)  # first: it may have to wait for its turn
         async with self._accepting:
             self._refuse_while_one_runs()
-            stops = self._stops
             admission = await asyncio.to_thread(self._skills.find, goal.skill)
             skill = admission.skill
             check_goal(goal, skill)
@@ -161,11 +185,16 @@ class SkillRunner:
                 raise RefusedError(self._source, why, "fairlead status")
             goal_id = secrets.randbits(64) or 1
             self._hear(skill)
-            self._goal = GoalRun(self._around, goal_id, goal, admission, worker)
-            self._goal_task = self._tasks.create_task(self._goal.run(), name="goal")
+            self._goal = GoalRun(self._around, goal_id, goal, admission, worker, gate)
+            self._goal_task = self._tasks.create_task(self._run(self._goal), name="goal")
         by = f", by {goal.by}" if goal.by else ""
         self._log.info("goal %016x accepted: %s%s", goal_id, skill.id, by)
         return GoalAccepted(goal_id=goal_id)
+
+    async def _run(self, goal: GoalRun) -> None:
+        """Its result is said before another goal can be accepted."""
+        await goal.run()
+        self._publish_change(goal)
 
     async def _on_load(self, payload: bytes) -> Done:
         """Load a policy, also while a goal of another one runs: so its own goal begins at once."""
@@ -217,17 +246,18 @@ class SkillRunner:
 
     async def _publish_feedback(self) -> None:
         """On change and at 2 Hz; the result is repeated until the next goal."""
-        last, quiet_s = None, 0.0
         while True:
             await asyncio.sleep(_CHANGE_CHECK_S)
-            goal = self._goal
-            if goal is None:
-                continue
-            feedback = goal.feedback()
-            seen = (goal.goal_id, feedback.phase, feedback.last_refusal, feedback.result)
-            quiet_s += _CHANGE_CHECK_S
-            if seen != last or quiet_s >= FEEDBACK_S:
-                self._feedback.put(feedback)
-                if last is not None and feedback.last_refusal not in ("", last[2]):
-                    self._log.warning("%s", feedback.last_refusal)
-                last, quiet_s = seen, 0.0
+            self._quiet_s += _CHANGE_CHECK_S
+            if self._goal is not None:
+                self._publish_change(self._goal)
+
+    def _publish_change(self, goal: GoalRun) -> None:
+        feedback, last = goal.feedback(), self._published
+        seen = (goal.goal_id, feedback.phase, feedback.last_refusal, feedback.result)
+        if seen == last and self._quiet_s < FEEDBACK_S:
+            return
+        self._feedback.put(feedback)
+        if last is not None and feedback.last_refusal not in ("", last[2]):
+            self._log.warning("%s", feedback.last_refusal)
+        self._published, self._quiet_s = seen, 0.0

@@ -204,6 +204,11 @@ class ClaimRows:
         self._active = None
         self.acted = HELD
 
+    def drop_rows(self) -> None:
+        """Nothing that was released is executed any more."""
+        self._active = None
+        self._pending.clear()
+
     def _continues(self, chunk: ReleasedChunk, acted: Sequence[Acted]) -> bool:
         """Whether the chunk follows on what its parts did in the tick before.
 
@@ -255,6 +260,11 @@ class ClaimTable:
     def drop(self, claim: ClaimRows) -> None:
         """Forget one claim and its rows."""
         del self._claims[claim.claim_id]
+
+    def drop_rows(self) -> None:
+        """Forget every released row, those that wait for their first tick too."""
+        for claim in self:
+            claim.drop_rows()
 
     def drop_dead(self, granted: Collection[int]) -> None:
         """Forget the claims that have no rows left and are not granted any more."""

@@ -12,10 +12,6 @@ from fairlead.robot.manifest import RobotManifest
 QUATERNION_TOLERANCE = 1e-6
 """How far a pose's quaternion may be from length 1; the gate's bound as well."""
 
-CARTESIAN_MODES = frozenset(
-    {ControlMode.CARTESIAN_POSE, ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST}
-)
-
 
 class CommandCheck:
     """Part, mode, width, joints, frame and the values with a form of their own.
@@ -31,7 +27,8 @@ class CommandCheck:
         self._frames: dict[tuple[str, ControlMode], tuple[str, ...]] = {  # a profile has all modes
             (part.name, mode): getattr(limits[part.name], mode.yaml_name).frames
             for part in robot.parts
-            for mode in CARTESIAN_MODES.intersection(part.control_modes)
+            for mode in part.control_modes
+            if mode.is_tool_mode
         }
         number = {name: index for index, name in enumerate(robot.joint_names)}
         self._joints = {part.name: [number[joint] for joint in part.joints] for part in robot.parts}
@@ -56,7 +53,7 @@ class CommandCheck:
         if not set(command.active).issubset(own):
             what = f"active joints out of {own}"
             raise ConfigError(expected(who, what, list(command.active)))
-        if mode in CARTESIAN_MODES:
+        if mode.is_tool_mode:
             frames = self._frames[name, mode]
             if command.frame_id not in frames:
                 what = f"a frame of {mode.yaml_name}"

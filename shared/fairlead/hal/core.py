@@ -53,7 +53,6 @@ class Wait:
 
 
 Pacing = Literal["realtime", "lockstep"]
-
 FORGED_CHUNK = "chunk of a second live gate"
 
 
@@ -168,8 +167,9 @@ class HalCore:
         self._stops.raised(cause, stop)
 
     def set_resetting(self, resetting: bool) -> None:
-        """While resetting every part holds and no lease is needed."""
+        """While resetting every part holds and no lease is needed; rows of before it are gone."""
         self._resetting = resetting
+        self._claims.drop_rows()
 
     def void(self, hold: Hold) -> None:
         """The tick decided last was not carried out: every part held instead."""

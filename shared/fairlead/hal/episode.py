@@ -6,34 +6,50 @@ from fairlead.messages import ResetEpisode, ResetEpisodeReply
 
 
 class Episode:
-    """Which tick an episode began at, and whether its reset is still coming to rest.
+    """Which tick an episode began at, and how far its reset has come.
 
-    The tick that carries out a reset is held; the one after it is the episode's first.
+    A reset is announced, begun and finished. The tick that carries it out is held; the one after
+    it is the episode's first.
 
     Attributes:
         first_tick: first tick measured in this episode.
         resetting: the request being carried out, None when there is none.
+        announced_ns: when `resetting` was told to the gate, if the backend is not reset yet.
     """
 
     def __init__(self) -> None:
         self.first_tick = 1
         self.resetting: ResetEpisode | None = None
+        self.announced_ns: int | None = None
         self._held_ticks = 0
 
-    def begin(self, request: ResetEpisode, tick: int) -> None:
+    def announce(self, request: ResetEpisode, now_ns: int) -> None:
+        """From now on the HAL says that it resets; the old episode stands until `begin`."""
+        self.resetting, self.announced_ns = request, now_ns
+
+    def abandon(self) -> None:
+        """It is not reset after all: the old episode goes on."""
+        self.resetting = self.announced_ns = None
+
+    def begin(self, tick: int) -> None:
         """The backend was reset in period ``tick``."""
-        self.resetting = request
+        self.announced_ns = None
         self.first_tick = tick + 1
         self._held_ticks = 0
 
     @property
     def must_step(self) -> bool:
         """A reset steps at least one held tick, standing still or not."""
-        return self.resetting is not None and self._held_ticks == 0
+        return self.comes_to_rest and self._held_ticks == 0
+
+    @property
+    def comes_to_rest(self) -> bool:
+        """Whether the backend was reset, and is stepped until it stands still."""
+        return self.resetting is not None and self.announced_ns is None
 
     def stepped(self) -> None:
         """One period was carried out."""
-        if self.resetting is not None:
+        if self.comes_to_rest:
             self._held_ticks += 1
 
     def finish(self, tick: int) -> ResetEpisodeReply:

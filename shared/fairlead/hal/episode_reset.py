@@ -15,16 +15,25 @@ from fairlead.messages import GateState, ResetEpisode, ResetEpisodeReply, decode
 
 DISARMED_WAIT_S = 0.2
 """How long to wait for a lease that says disarmed, just after an operator disarmed."""
+SEEN_NS = 50_000_000
+"""A gate that sends a lease so long after a status of the HAL has read that status."""
+SILENT_NS = 1_000_000_000
+"""A gate that sends no lease for so long after it may be armed, for all the HAL knows."""
 ANSWER_WAIT_S = 55.0
 """How long a simulator may take to reset and to come to standstill; who asks waits for 60 s."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Pending:
-    """A request that is not answered yet; its outcome is running once it was given out."""
+    """A request that is not answered yet; its outcome is running once it was given out.
+
+    Attributes:
+        finished: what to answer, and when the status said that it is over.
+    """
 
     request: ResetEpisode
     outcome: Future[ResetEpisodeReply] = field(default_factory=Future)
+    finished: tuple[ResetEpisodeReply, int] | None = None
 
     def answer(self, outcome: ResetEpisodeReply | Exception) -> None:
         """Answer it, unless nobody waits any more."""
@@ -49,7 +58,7 @@ class EpisodeResetHandler:
         self._closed = ""
 
     async def handle(self, payload: bytes) -> ResetEpisodeReply:
-        """Take one query; return once the new episode stands still.
+        """Take one query; return once the new episode stands still and the gate can be armed.
 
         Raises:
             RefusedError: another reset is running, the gate may be armed, it takes too long, or
@@ -82,12 +91,44 @@ class EpisodeResetHandler:
             return None
         return pending.request if pending.outcome.set_running_or_notify_cancel() else None
 
-    def answer(self, request: ResetEpisode, outcome: ResetEpisodeReply | Exception) -> None:
+    def may_begin(self, core: HalCore, announced_ns: int, now_ns: int) -> bool:
+        """Whether the gate, which refuses to arm from ``announced_ns`` on, was not armed before.
+
+        Raises:
+            RefusedError: it was, or it is silent.
+        """
+        refusal = self._not_disarmed(core)
+        if refusal is not None:
+            raise refusal
+        if core.lease_ns - announced_ns >= SEEN_NS:
+            return True
+        if now_ns - announced_ns >= SILENT_NS:
+            silent = "the gate is silent, so it may be armed"
+            raise RefusedError(self._who, silent, "fairlead status")
+        return False
+
+    def finish(self, request: ResetEpisode, reply: ResetEpisodeReply, ready_ns: int) -> None:
+        """A request that `due` gave out is carried out, as the status says since ``ready_ns``."""
+        with self._lock:
+            if self._pending is not None and self._pending.request is request:
+                self._pending.finished = reply, ready_ns
+
+    def answer_finished(self, now_ns: int) -> None:
+        """Answer what is finished once the gate has read that; a silent one is not waited for."""
+        with self._lock:
+            pending = self._pending
+        if pending is not None and pending.finished is not None:
+            reply, ready_ns = pending.finished
+            read_ns = self._core.read(lambda core: core.lease_ns) - SEEN_NS
+            if read_ns >= ready_ns or now_ns - ready_ns >= SILENT_NS:
+                pending.answer(reply)
+
+    def refuse(self, request: ResetEpisode, why: Exception) -> None:
         """Answer a request that `due` gave out, if its sender still waits."""
         with self._lock:
             pending = self._pending
         if pending is not None and pending.request is request:
-            pending.answer(outcome)
+            pending.answer(why)
 
     def close(self, reason: str) -> None:
         """Refuse what waits and whatever comes, for this reason."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, CameraFeed, Measurement, TraceSource
@@ -24,16 +24,17 @@ from fairlead.hal.plan_executor import FaultHold, MotionLog, PlanExecutor
 from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.status_publisher import HalState, StatusPublisher
 from fairlead.hal.stop_publisher import REPEAT_NS as STOP_REPEAT_NS
-from fairlead.hal.stop_publisher import StopPublisher
+from fairlead.hal.stop_publisher import StopPublisher, names_of
+from fairlead.hal.suspension import SUSPENDED_NS, suspended_ns
 from fairlead.hal.tick_publisher import FrameSource, TickPublisher
-from fairlead.messages import Hold, ResetEpisode, StopLevel
+from fairlead.messages import GateState, Hold, ResetEpisode
+from fairlead.reason_text import reason_of, short_text
 from fairlead.wire.bus import Bus
 
 _LOG = logging.getLogger("hal.host")
 
 REPEAT_NS = 100_000_000
 """Lockstep: a waiting or paused world publishes its tick again this often."""
-MAX_NAMED_STOPS = 4
 
 
 class HalHost:
@@ -45,6 +46,7 @@ class HalHost:
         feed: renders camera frames elsewhere; None for no cameras.
         trace: shows the simulator's state, for a log that records traces.
         clock: monotonic nanoseconds.
+        suspended: nanoseconds that no clock above counted.
 
     Attributes:
         resets: takes requests for a new episode.
@@ -63,6 +65,7 @@ class HalHost:
         feed: CameraFeed | None = None,
         trace: TraceSource | None = None,
         clock: Callable[[], int] = time.monotonic_ns,
+        suspended: Callable[[], int] = suspended_ns,
     ) -> None:
         found = backend.describe()
         identity.check(found)
@@ -71,6 +74,7 @@ class HalHost:
         self._backend = backend
         self._log = log
         self._clock = clock
+        self._suspended, self._suspended_ns = suspended, suspended()
         self._tick = 1
         self._fault = ""
         self._fault_hold = FaultHold(backend)
@@ -108,19 +112,17 @@ class HalHost:
             self._period.restart(self._clock())
             while not stopping.is_set():
                 self._run_tick(stopping)
-        except FairleadError as error:
-            self._enter_fault(str(error))
         except Exception as error:  # noqa: BLE001 - a driver may raise anything; the robot holds
-            _LOG.exception("backend failed")
-            self._enter_fault(f"{type(error).__name__}: {error}")
+            self._enter_fault(error)
         while not stopping.wait(self._identity.period_ns * 1e-9):
             self._fault_hold.command()
-            self._housekeep()
+            self._fault_hold.beside(self._housekeep)
         self._close()
 
     def _run_tick(self, stopping: threading.Event) -> None:
         if not self._settings.lockstep and self._wait_for_period(stopping):
             return
+        self._stop_after_suspension()
         self._measure_and_publish()
         self._finish_reset_if_still()
         plan = self._await_plan(stopping)
@@ -128,6 +130,12 @@ class HalHost:
             self._executor.carry_out(plan)
             self._episode.stepped()
             self._tick += 1
+
+    def _stop_after_suspension(self) -> None:
+        """To leases, heartbeats and deadlines it was no time, so motion would just go on."""
+        before, self._suspended_ns = self._suspended_ns, self._suspended()
+        if self._suspended_ns - before > SUSPENDED_NS:
+            self._stops.raise_stop("the computer was suspended")
 
     def _wait_for_period(self, stopping: threading.Event) -> bool:
         """Realtime: wait until the tick is due. True if told to stop meanwhile."""
@@ -158,7 +166,7 @@ class HalHost:
         repeat_ns = self._clock() + REPEAT_NS
         while not stopping.is_set():
             self._housekeep()
-            self._start_reset_if_due()
+            self._go_on_with_reset()
             wait_ns = min(repeat_ns - self._clock(), STOP_REPEAT_NS)
             decided = self._core.decide(self._decide, max(0, wait_ns) * 1e-9)
             if isinstance(decided, TickPlan):
@@ -171,45 +179,68 @@ class HalHost:
 
     def _decide(self, core: HalCore) -> TickPlan | Wait:
         now_ns = self._clock()
+        if self._settings.lockstep and self._episode.announced_ns is not None:
+            return Wait("standstill")  # the old episode takes no further step
         decided = core.decide(self._tick, now_ns, self._is_still())
         if isinstance(decided, TickPlan):
             self._executor.record(decided, now_ns, self._event)
         return decided
 
-    def _start_reset_if_due(self) -> None:
-        request = self._core.change(self._begin_reset)
-        if request is None:
-            return
+    def _go_on_with_reset(self) -> None:
+        """Announce a reset that is due; carry it out once the gate can no longer be armed."""
+        if self._episode.resetting is None:
+            self.resets.answer_finished(self._clock())
+            request = self._core.change(self._announce_reset)
+            if request is not None:
+                self._housekeep()  # the gate refuses to arm while the status says resetting
+                self._episode.announce(request, self._clock())
+        elif self._episode.announced_ns is not None:
+            self._reset_if_disarmed(self._episode.resetting, self._episode.announced_ns)
+
+    def _announce_reset(self, core: HalCore) -> ResetEpisode | None:
+        """In one step: between the look at the gate and the hold nothing is decided."""
+        request = self.resets.due(core)
+        if request is not None:
+            core.set_resetting(True)
+            self._episode.announce(request, self._clock())
+        return request
+
+    def _reset_if_disarmed(self, request: ResetEpisode, announced_ns: int) -> None:
+        now_ns = self._clock()
         try:
+            if not self._core.read(lambda core: self.resets.may_begin(core, announced_ns, now_ns)):
+                return
             self._backend.reset(request.seed)
         except FairleadError as error:
+            self._episode.abandon()
             self._core.change(lambda core: core.set_resetting(False))
-            self.resets.answer(request, error)
+            self._housekeep()  # the status first, as below
+            self.resets.refuse(request, error)
             return
-        self._episode.begin(request, self._tick)
+        self._episode.begin(self._tick)
         self._ticks.set_static(self._episode.first_tick, self._backend.static_transforms())
         self._period.restart(self._clock())
         self._event = f"reset_episode seed {request.seed}"
         _LOG.info("%s, by %s", self._event, request.by or "somebody")
 
-    def _begin_reset(self, core: HalCore) -> ResetEpisode | None:
-        """In one step: between the look at the gate and the hold nothing is decided."""
-        request = None if self._episode.resetting else self.resets.due(core)
-        if request is not None:
-            core.set_resetting(True)
-        return request
-
     def _finish_reset_if_still(self) -> None:
         request = self._episode.resetting
-        if request is not None and self._is_still():
+        if request is not None and self._episode.comes_to_rest and self._is_still():
+            if self._core.read(lambda core: core.gate_state) == GateState.ARMED:
+                # It repeats what it has released: dropping that once would not do.
+                self._stops.raise_stop("the gate was armed while the episode was reset")
             reply = self._episode.finish(self._tick)
             self._core.change(lambda core: core.set_resetting(False))
             self._housekeep()  # the status first: the gate refuses to arm while it says resetting
-            self.resets.answer(request, reply)
+            self.resets.finish(request, reply, self._clock())
 
     def _is_still(self) -> bool:
         assert self._measured is not None, "a tick is measured before it is decided"
         return not self._episode.must_step and self._identity.is_still(self._measured, self._before)
+
+    def _measures_still(self) -> bool:
+        before, self._measured = self._measured, self._backend.read()
+        return self._identity.is_still(self._measured, before)
 
     def _housekeep(self) -> None:
         """Repeat stops and post the status; cheap, once per tick or wait."""
@@ -234,29 +265,28 @@ class HalHost:
             return "resetting", f"seed {self._episode.resetting.seed}"
         held = self._core.read(lambda core: core.held_stops)
         if held:
-            return "holding", _names(held)
-        return "ready", self._frames.failure
+            return "holding", names_of(held)
+        return "ready", short_text(self._frames.failure)
 
-    def _enter_fault(self, reason: str) -> None:
+    def _enter_fault(self, error: Exception) -> None:
         """The backend cannot be trusted any more: no more ticks, and the gate is told.
 
         What it did in this tick is unknown; it is told to hold now and in every period.
         """
-        self._fault = reason
         self._fault_hold.command()
-        self._executor.void(self._tick, Hold.STOPPED, f"backend fault: {reason}")
-        self._stops.raise_stop(f"backend fault: {reason}")
-        self.resets.close(f"backend fault: {reason}")
+        self._fault = reason_of(error)
+        if not isinstance(error, FairleadError):
+            _LOG.error("backend failed", exc_info=error)
+        said = f"backend fault: {self._fault}"
+        self._fault_hold.beside(lambda: self._stops.raise_stop(said))
+        self._fault_hold.beside(lambda: self._executor.void(self._tick, Hold.STOPPED, said))
+        self._fault_hold.beside(lambda: self.resets.close(said))
 
     def _close(self) -> None:
+        if not self._settings.lockstep:  # that world stands when nobody steps it
+            self._fault_hold.brake(self._measures_still, self._identity.period_ns * 1e-9)
         self._inbox.close()
         self._status.close()
         self._frames.close()
         self._log.close()
         self._backend.close()
-
-
-def _names(stops: Sequence[StopLevel]) -> str:
-    named = ", ".join(f"{s.stop_id:016x} ({s.reason})" for s in stops[:MAX_NAMED_STOPS])
-    more = len(stops) - MAX_NAMED_STOPS
-    return f"stop {named}" + (f" and {more} more" if more > 0 else "")

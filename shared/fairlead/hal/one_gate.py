@@ -49,6 +49,6 @@ def foreign(what: str, sent: Lease | SafeChunk, followed: Lease | None) -> str:
     """What was sent, and by whom it was not."""
     assert followed is not None, "only beside a gate that is followed is there a second one"
     return (
-        f"{what} of epoch {sent.epoch:x}, session {sent.session:x}, is not of the gate that "
-        f"sent lease {followed.lease_seq} of epoch {followed.epoch:x}"
+        f"{what} of epoch {sent.epoch:016x}, session {sent.session:016x}, is not of the gate that "
+        f"sent lease {followed.lease_seq} of epoch {followed.epoch:016x}"
     )

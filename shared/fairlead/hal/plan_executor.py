@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import logging
+import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from fairlead.errors import FairleadError
+from fairlead.errors import ConfigError
 from fairlead.hal.backend import Backend, TraceSource
 from fairlead.hal.core import TickPlan
 from fairlead.hal.identity import HalIdentity, HostSettings
@@ -19,6 +21,7 @@ from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.stop_publisher import StopPublisher
 from fairlead.line_writer import LineWriter
 from fairlead.messages import Acted, FloatArray, Hold
+from fairlead.reason_text import reason_of
 
 
 class MotionLog:
@@ -127,8 +130,8 @@ class PlanExecutor:
                 commands = {}
                 self.void(plan.tick, Hold.LEASE_STALE, "held instead: paused after the decision")
             self._backend.apply(commands)
-        except FairleadError as error:
-            self._hold_instead(plan.tick, str(error))
+        except ConfigError as error:
+            self._hold_instead(plan.tick, reason_of(error), is_row=bool(commands))
         if self._trace is not None and before is not None:
             self._log.trace(plan.tick, self._trace.packed(), *before)
 
@@ -138,9 +141,10 @@ class PlanExecutor:
         acted, lease_ns = self._core.read(lambda core: (core.acted, core.lease_ns))
         self._log.tick(tick, self._clock(), acted, event, lease_ns)
 
-    def _hold_instead(self, tick: int, reason: str) -> None:
-        """The backend refused a command the gate had released: stop, and hold this tick."""
-        self._stops.raise_stop(f"the backend refused a released command: {reason}")
+    def _hold_instead(self, tick: int, reason: str, *, is_row: bool) -> None:
+        """The backend refused what it was told: stop, and hold this tick."""
+        told = "a released command" if is_row else "to hold"
+        self._stops.raise_stop(f"the backend refused {told}: {reason}")
         self.void(tick, Hold.STOPPED, f"held instead: {reason}")
         self._backend.apply({})
 
@@ -148,8 +152,13 @@ class PlanExecutor:
 _LOG = logging.getLogger("hal.fault")
 
 
+STANDS_S = 0.3
+BRAKE_S = 2.0
+"""How long a HAL that ends may hold before it lets go; who asked kills it after 3 s or more."""
+
+
 class FaultHold:
-    """Commands every part's hold law to a backend that has failed.
+    """Commands every part's hold law to a backend that has failed, or that is let go.
 
     A driver that raised once (a bus that recovered) may well carry out a hold, and the
     robot must not be left with its last command.
@@ -162,6 +171,7 @@ class FaultHold:
     def __init__(self, backend: Backend) -> None:
         self._backend = backend
         self._failing = False
+        self._said: set[str] = set()
         self.commanded = 0
         self.failed = 0
 
@@ -179,10 +189,36 @@ class FaultHold:
         except Exception as error:  # noqa: BLE001 - a driver may raise anything; try again
             self.failed += 1
             if not self._failing:
-                _LOG.error("the hold cannot be commanded: %s: %s", type(error).__name__, error)
+                _LOG.error("the hold cannot be commanded: %s", reason_of(error))
             self._failing = True
             return
         self.commanded += 1
         if self._failing:
             _LOG.warning("the hold is commanded again, after %d failures", self.failed)
         self._failing = False
+
+    def brake(self, is_still: Callable[[], bool], period_s: float) -> None:
+        """Hold until the robot has been measured to stand for `STANDS_S`, for `BRAKE_S` at most.
+
+        Longer than one measurement: what was told last may not have begun. A robot that cannot be
+        measured is told to hold all that time.
+        """
+        ends_s, stands_s = time.monotonic() + BRAKE_S, 0.0
+        while True:
+            is_so = False
+            with suppress(Exception):
+                is_so = is_still()
+            self.command()
+            stands_s = stands_s + period_s if is_so else 0.0
+            if stands_s >= STANDS_S or time.monotonic() + period_s > ends_s:
+                return
+            time.sleep(period_s)
+
+    def beside(self, step: Callable[[], None]) -> None:
+        """Do what the next hold must not fail by; whatever it raises is said once a type."""
+        try:
+            step()
+        except Exception as error:  # noqa: BLE001 - the robot's hold goes on whatever this was
+            if type(error).__name__ not in self._said:
+                self._said.add(type(error).__name__)
+                _LOG.exception("beside the hold")

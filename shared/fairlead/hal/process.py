@@ -115,7 +115,7 @@ def _tick(
         equipment.feed,
         equipment.trace,
     )
-    log.info("session %x, %s, %s", session, deployment.pacing, what)
+    log.info("session %016x, %s, %s", session, deployment.pacing, what)
     key = deployment.keys.hal_command("reset_episode")
     resets = context.queries.serve(key, host.resets.handle, RESET_S)
     announce_ready(context)

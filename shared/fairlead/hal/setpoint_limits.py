@@ -22,6 +22,7 @@ class SetpointLimits:
     Attributes:
         lower, upper: position limits [rad or m], infinite for a joint without.
         reach: farthest way in one period [rad or m].
+        slowing: how joints slow down [rad/s^2 or m/s^2], as the gate predicts it.
     """
 
     def __init__(self, robot: RobotManifest, profile: str = "") -> None:
@@ -29,9 +30,12 @@ class SetpointLimits:
         self.lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
         self.upper = np.array([joint.upper if joint else np.inf for joint in bounded])
         speed = np.array([joint.velocity_limit for joint in robot.joints])
+        self.slowing = np.array([joint.acceleration_limit for joint in robot.joints])
         if profile:
             safety = robot.profile(profile)
-            speed = np.array([profile_limits(joint, safety)[0] for joint in robot.joints])
+            speed, self.slowing = np.array(
+                [profile_limits(joint, safety)[:2] for joint in robot.joints]
+            ).T
         self.reach = speed * robot.tick_period_ns * 1e-9
 
     def ends(

@@ -53,10 +53,11 @@ class Setpoints:
         tools: needed by parts with cartesian modes.
         parts: those that position servos move; None: all.
         who: the HAL, as errors call it.
-        profile: a safety profile whose tighter speeds bind setpoints that move; "": none.
+        profile: a safety profile whose tighter speeds and accelerations bind setpoints that move;
+            "": none.
 
     Raises:
-        ConfigError: for a mode, or a hold law, that position servos cannot follow.
+        ConfigError: for a mode, a hold law or a base that position servos cannot follow.
     """
 
     def __init__(
@@ -70,13 +71,14 @@ class Setpoints:
         self._tools, self._parts = tools, robot.parts if parts is None else tuple(parts)
         self._period_s = robot.tick_period_ns * 1e-9
         self._limits = SetpointLimits(robot, profile)
-        self._slowing = np.array([joint.acceleration_limit for joint in robot.joints])
         self._own = {
             part.name: [robot.joint_names.index(name) for name in part.joints]
             for part in self._parts
         }
         for part in self._parts:
             _check_part(part, who)
+            if profile and set(part.joints) & set(robot.base_joints):
+                check_command_frame(robot, profile, who)
         self.restart(np.zeros(robot.n_dof))
 
     def restart(self, positions: FloatArray) -> None:
@@ -133,7 +135,7 @@ class Setpoints:
         """Joints that nothing is told: they come to rest as the part's hold law says."""
         rates = np.zeros(len(joints))
         if part.hold == "ramp_to_zero":
-            less = self._slowing[joints] * self._period_s
+            less = self._limits.slowing[joints] * self._period_s
             now = self._velocities[joints]
             rates = np.sign(now) * np.maximum(np.abs(now) - less, 0.0)
         self._drive(joints, rates)
@@ -203,6 +205,14 @@ MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
     ControlMode.COMPOSITE_MODE: Setpoints._composite_mode,
 }
 """The modes this HAL can follow."""
+
+
+def check_command_frame(robot: RobotManifest, profile: str, who: str) -> None:
+    """Raises `ConfigError` for a base that a simulator's controller tells against its yaw."""
+    base = robot.profile(profile).base
+    if base is not None and base.command_frame != "odom":
+        what = f"{who}: {robot.id}: safety.{profile}.base.command_frame"
+        raise ConfigError(expected(what, "odom", base.command_frame))
 
 
 def _check_part(part: Part, hal: str) -> None:

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import logging
 import secrets
+from collections.abc import Sequence
 
 from fairlead.hal.identity import HostSettings
 from fairlead.hal.shared_core import SharedCore
 from fairlead.messages import StopLevel
+from fairlead.reason_text import short_text
 from fairlead.wire.bus import Bus, Qos
 
 _LOG = logging.getLogger("hal.stop")
 
 REPEAT_NS = 50_000_000
 """A stop is repeated this often until a lease lists it."""
+MAX_NAMED_STOPS = 4
+
+
+def names_of(stops: Sequence[StopLevel]) -> str:
+    """The first stops by id and reason, for a status."""
+    named = ", ".join(f"{s.stop_id:016x} ({short_text(s.reason)})" for s in stops[:MAX_NAMED_STOPS])
+    more = len(stops) - MAX_NAMED_STOPS
+    return f"stop {named}" + (f" and {more} more" if more > 0 else "")
 
 
 class StopPublisher:
@@ -41,6 +51,7 @@ class StopPublisher:
         self._publisher.put(stop)
 
     def _new_stop(self, reason: str) -> StopLevel:
+        reason = short_text(reason)  # of a driver, an operator: else the gate could not read it
         stop = StopLevel(stop_id=secrets.randbits(63) + 1, by=self._service, reason=reason)
         _LOG.error("stop %x raised: %s", stop.stop_id, reason)
         return stop

@@ -8,7 +8,6 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
-from fairlead.hal.command_check import CARTESIAN_MODES
 from fairlead.hal.model_kinematics import FrameKinematics, Pose
 from fairlead.hal.mujoco_frames import Frame
 from fairlead.hal.tool_goals import motion_between, tool_goal
@@ -38,7 +37,7 @@ class ToolMotion:
         self._joints, self._tools = dict[str, list[int]](), dict[str, Frame]()
         self._frames: dict[str, Frame] = {}
         for part in robot.parts:
-            modes = [mode for mode in part.control_modes if mode in CARTESIAN_MODES]
+            modes = [mode for mode in part.control_modes if mode.is_tool_mode]
             if not modes:
                 continue
             self._joints[part.name] = [robot.joint_names.index(name) for name in part.joints]

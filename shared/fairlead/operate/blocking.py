@@ -16,14 +16,18 @@ import numpy.typing as npt
 from fairlead.errors import TransportError
 from fairlead.messages import ActionPart, ClaimReply, GoalResult, Verdict
 from fairlead.modes import ControlMode
-from fairlead.operate.goal import Progress, RunningGoal
+from fairlead.operate.goal import RunningGoal
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.part_claim import PartClaim
 from fairlead.operate.services import ANSWER_TIMEOUT_S
 from fairlead.operate.subscription import Subscription
 from fairlead.operate.tick import Tick
+from fairlead.wire.on_loop import call_on
 
 SIGNAL_S = 0.2
 """Ctrl-C that the system hands to another thread is heard here after so long at most."""
+
+CLOSED = "this client is closed; connect anew"
 
 T = TypeVar("T")
 
@@ -32,6 +36,9 @@ class LoopThread:
     """Runs coroutines for the threads that call it; Ctrl-C there cancels them and waits."""
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._is_closing = False
+        self._waiting: set[Future[Any]] = set()
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(
             target=self._loop.run_forever, name="fairlead client", daemon=True
@@ -44,32 +51,31 @@ class LoopThread:
         Raises:
             KeyboardInterrupt: Ctrl-C while it ran; it was cancelled and has ended. Each further
                 Ctrl-C cancels it once more.
-            TransportError: closed before.
+            TransportError: closed before, or meanwhile.
         """
-        if self._loop.is_closed():
-            doing.close()
-            raise TransportError("this client is closed; connect anew")
         ended: Future[T] = Future()
-        tasks: list[asyncio.Task[T]] = []
-        interrupts = 0
-
-        def start() -> None:
-            tasks.append(self._loop.create_task(doing))
-            tasks[0].add_done_callback(lambda task: _hand_on(task, ended))
-
-        def cancel() -> None:
-            nonlocal interrupts
-            interrupts += 1
-            self._loop.call_soon_threadsafe(lambda: tasks[0].cancel())
-
-        with _ctrl_c_calls(cancel):
-            self._loop.call_soon_threadsafe(start)
-            while not ended.done():
-                with suppress(TimeoutError):
-                    ended.exception(SIGNAL_S)
-        if interrupts:
+        task = _LoopTask(self._loop, doing, ended)
+        with _ctrl_c_calls(task.cancel):
+            with self._lock:  # what begins does so before the loop is told to end
+                is_closed = self._is_closing
+                if not is_closed:
+                    self._waiting.add(ended)
+                    self._loop.call_soon_threadsafe(task.start)
+            if is_closed:
+                doing.close()
+                raise TransportError(CLOSED)
+            try:
+                _wait(ended)
+            finally:
+                self._waiting.discard(ended)
+        if task.interrupts:
             raise KeyboardInterrupt
-        return ended.result()
+        try:
+            return ended.result()
+        except asyncio.CancelledError:
+            if self._is_closing:
+                raise TransportError(CLOSED) from None
+            raise
 
     def iterate(self, iterator: AsyncIterator[T]) -> Iterator[T]:
         """Go through an asynchronous iterator, one element at a time."""
@@ -78,10 +84,59 @@ class LoopThread:
 
     def close(self) -> None:
         """End the loop, and what still runs on it."""
-        self.run(_cancel_others())
+        with self._lock:
+            if self._is_closing:
+                return
+            self._is_closing = True
+        ended: Future[None] = Future()
+        task = _LoopTask(self._loop, _cancel_others(), ended)
+        with _ctrl_c_calls(task.cancel):
+            self._loop.call_soon_threadsafe(task.start)
+            _wait(ended)
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()
+        for one in list(self._waiting):
+            if not one.done():
+                one.set_exception(TransportError(CLOSED))
+        if task.interrupts:
+            raise KeyboardInterrupt
+        ended.result()
+
+
+class _LoopTask(Generic[T]):
+    """A coroutine on the loop of another thread. Cancelled early, it has still begun."""
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, doing: Coroutine[Any, Any, T], ended: Future[T]
+    ) -> None:
+        self._loop, self._doing, self._ended = loop, doing, ended
+        self._task: asyncio.Task[T] | None = None
+        self._is_cancelled = False
+        self.interrupts = 0
+
+    def start(self) -> None:
+        """To be called on the loop."""
+        self._task = self._loop.create_task(self._doing)
+        self._task.add_done_callback(lambda task: _hand_on(task, self._ended))
+        if self._is_cancelled:
+            self._cancel()
+
+    def cancel(self) -> None:
+        """To be called on another thread."""
+        self.interrupts += 1
+        call_on(self._loop, self._cancel)
+
+    def _cancel(self) -> None:
+        self._is_cancelled = True
+        if self._task is not None:
+            self._loop.call_soon(self._task.cancel)  # after its first step
+
+
+def _wait(ended: Future[T]) -> None:
+    while not ended.done():
+        with suppress(TimeoutError):
+            ended.exception(SIGNAL_S)
 
 
 @contextmanager
@@ -117,10 +172,10 @@ async def _next_of(iterator: AsyncIterator[T]) -> tuple[T] | None:
 
 
 async def _cancel_others() -> None:
-    others = asyncio.all_tasks() - {asyncio.current_task()}
-    for task in others:
-        task.cancel()
-    await asyncio.gather(*others, return_exceptions=True)
+    while others := asyncio.all_tasks() - {asyncio.current_task()}:
+        for task in others:
+            task.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
     await asyncio.get_running_loop().shutdown_asyncgens()
     await asyncio.get_running_loop().shutdown_default_executor()
 

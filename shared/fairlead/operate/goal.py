@@ -5,59 +5,21 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections import Counter
 from collections.abc import AsyncIterator
 from contextlib import suppress
-from dataclasses import dataclass
 
-from fairlead.errors import NoAnswerError, RefusedError, ServiceError
-from fairlead.messages import (
-    Goal,
-    GoalAccepted,
-    GoalFeedback,
-    GoalResult,
-    JointState,
-    Outcome,
-    Verdict,
-)
-from fairlead.operate.changes import Changes
+from fairlead.errors import FairleadError, NoAnswerError, RefusedError, ServiceError, TransportError
+from fairlead.messages import Goal, GoalAccepted, GoalResult, encode
+from fairlead.operate.goal_hearing import GoalHearing, Progress
 from fairlead.operate.protective_stop import request_stop
 from fairlead.operate.services import GOAL_TIMEOUT_S, Services
-from fairlead.operate.subscription import watch
+from fairlead.wire.on_loop import ask
 
 REFRESH_S = 0.25
 CANCEL_TIMEOUT_S = 3.0  # a runner gives its claim back within that
 SILENCE_S = 10.0  # a runner speaks of its goal twice a second
 
-
 _LOG = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Progress:
-    """Where a goal stands now.
-
-    tick: newest tick seen. rate_hz: ticks a second since the watch began.
-    verdicts: chunks by outcome (``released``, ``truncated``, ``refused``).
-    """
-
-    phase: str
-    tick: int
-    rate_hz: float
-    verdicts: dict[str, int]
-    inferences: int
-    starved: int
-    last_refusal: str
-    result: GoalResult | None
-
-    def line(self) -> str:
-        """One line for a terminal."""
-        counts = ", ".join(f"{count} {name}" for name, count in sorted(self.verdicts.items()))
-        refusal = f" | last refusal: {self.last_refusal}" if self.last_refusal else ""
-        return (
-            f"tick {self.tick:5d} | {self.phase:<12} | verdicts: {counts or 'none yet'} | "
-            f"{self.rate_hz:5.1f} ticks/s | starved {self.starved}{refusal}"
-        )
 
 
 class RunningGoal:
@@ -69,60 +31,44 @@ class RunningGoal:
     first, a protective stop is requested. So does leaving its block, or the robot's, early.
 
     Attributes:
-        goal_id: the runner's id for it, 0 until it is accepted.
+        is_over: nothing of it is left to be ended.
         stopped: what was done because the runner did not confirm the end, for people; else "".
     """
 
     def __init__(self, services: Services, runner: str, skill: str) -> None:
         self.runner = runner
         self.skill = skill
-        self.goal_id = 0
         self.stopped = ""
         self._is_held = False  # by a stop of ours that a lease listed
         self._services = services
-        self._changes = Changes()
-        self._feedback: dict[int, GoalFeedback] = {}
-        self._silent_s = 0.0  # waited for feedback in vain: not while this program is paused
-        self._counts: Counter[str] = Counter()
-        self._answered: set[tuple[int, int]] = set()
-        self._tick = 0
-        self._first: tuple[float, int] | None = None
+        self._hearing = GoalHearing(services, runner)
+        self._changes = self._hearing.changes
         self.is_over = False
+        self._asking: asyncio.Future[GoalAccepted] | None = None
+        self._confirming: asyncio.Future[None]
+        self._ending: asyncio.Future[None] | None = None
         self._gone = services.times_gone(runner)
-        bus, keys = services.bus, services.keys
-        self._heard = [  # before the goal is sent, so that nothing of it is missed
-            watch(bus, keys.feedback(runner), GoalFeedback, self._on_feedback),
-            watch(bus, keys.verdict(runner), Verdict, self._on_verdict),
-            watch(bus, keys.joints, JointState, self._on_joints),
-        ]
 
     # --- for whoever gave it ----------------------------------------------------------
 
     @property
+    def goal_id(self) -> int:
+        """The runner's id for it, 0 until it is accepted."""
+        return self._hearing.goal_id
+
+    @property
     def progress(self) -> Progress:
         """Where it stands now, without waiting."""
-        feedback = self._feedback.get(self.goal_id)
-        rate_hz = 0.0
-        if self._first is not None:
-            elapsed_s = time.monotonic() - self._first[0]
-            rate_hz = max(0, self._tick - self._first[1]) / max(elapsed_s, 1e-3)
-        return Progress(
-            phase=feedback.phase if feedback else "waiting",
-            tick=self._tick,
-            rate_hz=rate_hz,
-            verdicts=dict(self._counts),
-            inferences=feedback.inferences if feedback else 0,
-            starved=feedback.starved if feedback else 0,
-            last_refusal=feedback.last_refusal if feedback else "",
-            result=feedback.result if feedback else None,
-        )
+        return self._hearing.progress
 
     async def result(self) -> GoalResult:
         """How it ended: a goal that failed is a result, no error.
 
         Raises:
-            ServiceError: the runner went away.
-            NoAnswerError: the runner is there and says nothing any more.
+            ServiceError: the runner, or the link to it, went away; to leave the goal's block, or
+                the robot's, still ends the goal.
+            NoAnswerError: the runner is there and says nothing any more; or it has another goal,
+                so that this one has ended, and how was not heard.
         """
         while (result := (await self._next()).result) is None:
             pass
@@ -142,11 +88,17 @@ class RunningGoal:
             How it ended: cancelled, or by itself a moment before.
 
         Raises:
-            NoAnswerError: the runner does not confirm it; to be sure, stop the robot.
+            NoAnswerError: the runner does not confirm it; to be sure, stop the robot. Or it has
+                ended, and how was not heard.
         """
-        with suppress(RefusedError):  # it has just ended by itself
+        try:
             await self._services.cancel(self.runner, self.goal_id)
-        await self._changes.wait_for(self._has_ended, CANCEL_TIMEOUT_S)
+        except RefusedError:  # it has just ended by itself, or with the runner that had it
+            with suppress(FairleadError):
+                self._hearing.on_answer(await self._services.goal_feedback(self.runner))
+        if await self._changes.wait_for(self._has_ended, CANCEL_TIMEOUT_S):
+            self._be_over()
+        self._check_heard()
         if self.progress.result is None:
             raise NoAnswerError(
                 f"{self.runner} did not confirm within {CANCEL_TIMEOUT_S:g} s that the goal ended"
@@ -162,23 +114,34 @@ class RunningGoal:
     # --- its life ---------------------------------------------------------------------
 
     async def start(self, request: Goal) -> None:
-        """Give it to the runner. `RefusedError` says why it was not taken."""
-        await self._services.wait_alive(self.runner)
-        key = self._services.keys.goal(self.runner)
-        asking = asyncio.ensure_future(
-            self._services.ask(self.runner, key, request, GoalAccepted, GOAL_TIMEOUT_S)
-        )
+        """Give it to the runner.
+
+        Raises:
+            RefusedError: why it was not taken.
+            NoAnswerError, TransportError, MessageError: it was perhaps taken, and nobody knows
+                its id; so the robot was stopped, and the log says so.
+        """
         try:
-            self.goal_id = (await asyncio.shield(asking)).goal_id
-        except asyncio.CancelledError:
+            encode(request)  # what cannot be sent has not begun
+            await self._services.wait_alive(self.runner)
+            if self.is_over:
+                raise TransportError(f"left before {self.runner} was asked for the goal")
+        except BaseException:
+            self._be_over()
+            raise
+        bus, key = self._services.bus, self._services.keys.goal(self.runner)
+        self._asking = asyncio.ensure_future(ask(bus, key, request, GoalAccepted, GOAL_TIMEOUT_S))
+        try:
+            self._hearing.goal_id = (await asyncio.shield(self._asking)).goal_id
+        except RefusedError:
+            self._be_over()
+            raise
+        except (asyncio.CancelledError, FairleadError):  # it was perhaps accepted
             try:
-                await self._end_as_answered(asking)
+                await self._end()
             finally:
                 self.log_stopped()
             raise
-        finally:
-            if not self.goal_id:
-                self._close()
 
     def log_stopped(self) -> None:
         """Say what `stopped` says where nobody else will."""
@@ -187,9 +150,7 @@ class RunningGoal:
 
     async def leave(self) -> None:
         """Look on no longer; a goal that has not ended is ended."""
-        if not self.is_over:
-            await self._end()
-        self._close()
+        await self._end()
 
     async def _next(self) -> Progress:
         """Where it stands after a change, or after a moment without one."""
@@ -199,96 +160,118 @@ class RunningGoal:
         except asyncio.CancelledError:
             await self._end()
             raise
-        self._silent_s += min(time.monotonic() - began_s, REFRESH_S)
+        self._hearing.silent_s += min(time.monotonic() - began_s, REFRESH_S)
         now = self.progress
         if now.result is not None:
-            self.is_over = True
-        elif self._services.times_gone(self.runner) != self._gone:
-            self.is_over = True  # its claim ends without heartbeats: the parts hold
+            self._be_over()
+            return now
+        if self._hearing.has_moved_on:
+            self._be_over()
+            self._check_heard()
+        if self._services.times_gone(self.runner) != self._gone:
+            # A hint: it may run on behind a link that is cut. Whoever leaves the goal ends it.
             raise ServiceError(
                 f"{self.runner} went away while the goal ran; see: fairlead logs {self.runner}"
             )
-        elif self._silent_s > SILENCE_S:
+        if self._hearing.silent_s > SILENCE_S:
             raise NoAnswerError(
                 f"{self.runner}: nothing said of the goal for {SILENCE_S:g} s; see: fairlead logs "
                 f"{self.runner}"
             )
         return now
 
-    def _has_ended(self) -> bool:
-        return self.progress.result is not None
+    def _be_over(self) -> None:
+        self.is_over = True
+        self._hearing.close()
 
-    def _said(self) -> tuple[str, str, GoalResult | None]:
+    def _has_ended(self) -> bool:
+        return self.progress.result is not None or self._hearing.has_moved_on
+
+    def _check_heard(self) -> None:
+        if self._hearing.has_moved_on:
+            raise NoAnswerError(
+                f"{self.runner} has no longer this goal: it has ended, and how was not heard; see: "
+                f"fairlead logs {self.runner}"
+            )
+
+    def _said(self) -> tuple[str, str, bool]:
         now = self.progress
-        return now.phase, now.last_refusal, now.result
+        return now.phase, now.last_refusal, self._has_ended()
 
     def _patience_s(self) -> float:
-        return 0.0 if self.progress.result is not None else REFRESH_S
+        return 0.0 if self._has_ended() else REFRESH_S
 
     async def _end(self) -> None:
-        """Cancel it; stop the robot if that is not confirmed, or a cancellation comes first."""
+        """Have it end, and wait for that; a cancellation meanwhile has the robot stopped at once.
+
+        It goes on to its end also if nobody waits for it any more: `leave` does so again.
+        """
         if self.is_over:
             return
-        self.is_over = True
+        if self._asking is None:  # nobody was asked, and nobody will be
+            self._be_over()
+            return
+        if self._ending is None:
+            self._confirming = asyncio.ensure_future(self._confirm(self._asking))
+            self._ending = asyncio.ensure_future(self._end_or_stop(self._confirming))
         try:
-            await self.cancel()
-        except NoAnswerError:
-            await self._stop_robot()
+            await asyncio.shield(self._ending)
         except asyncio.CancelledError:
-            await self._stop_robot()
+            self._confirming.cancel()
+            await asyncio.wait({self._ending})
             raise
 
-    async def _end_as_answered(self, asking: asyncio.Future[GoalAccepted]) -> None:
-        """The same while it is not known yet whether the goal has begun."""
-        try:
+    async def _confirm(self, asking: asyncio.Future[GoalAccepted]) -> None:
+        """Cancel it, once it is known whether it has begun."""
+        if not self.goal_id:
             answered, _ = await asyncio.wait({asking}, timeout=CANCEL_TIMEOUT_S)
-            if not answered:  # it holds while the answer is awaited: it may be yes
+            if not answered:  # the stop holds while the answer is awaited: it may be yes
                 await self._stop_robot()
-            self.goal_id = (await asyncio.shield(asking)).goal_id
-        except RefusedError:
-            return
-        except NoAnswerError:
-            await self._stop_robot()
-        except asyncio.CancelledError:
+            try:
+                self._hearing.goal_id = (await asyncio.shield(asking)).goal_id
+            except RefusedError:
+                return
+        await self.cancel()
+
+    async def _end_or_stop(self, confirming: asyncio.Future[None]) -> None:
+        try:
+            await asyncio.wait({confirming})
+            hurried = confirming.cancelled()
+            if not hurried and confirming.exception() is None:
+                return
+            if hurried or not await self._has_lost_its_claim():
+                await self._stop_robot()
+        except asyncio.CancelledError:  # the loop ends
             await self._stop_robot()
             raise
-        else:
-            await self._end()
+        finally:
+            self._be_over()
+
+    async def _has_lost_its_claim(self) -> bool:
+        """Whether the gate grants nothing to a runner that is gone, and did so before.
+
+        A goal that had no claim yet might still get one.
+        """
+        if self._has_ended():
+            return True
+        if self.runner in self._services.alive or not self.progress.verdicts:
+            return False
+        with suppress(FairleadError):
+            gate = await self._services.gate_status()
+            return all(claim.source != self.runner for claim in gate.claims)
+        return False
 
     async def _stop_robot(self) -> None:
         said = f"{self.runner} did not confirm that the goal ended"
-        if self.progress.result is not None or self._is_held:
+        if self._has_ended() or self._is_held:
             return
         self.stopped = f"{said}, and no stop is confirmed: THE ROBOT MAY MOVE"
         try:
             stop_id = await request_stop(self._services, said)
-        except NoAnswerError as error:
+        except FairleadError as error:
             self.stopped += f": {error}"
             return
         self._is_held = True
         self.stopped = (
             f"{said}: a protective stop holds the robot\n  try: fairlead reset {stop_id:016x}"
         )
-
-    # --- what is heard ----------------------------------------------------------------
-
-    def _close(self) -> None:
-        for mailbox in self._heard:
-            mailbox.close()
-
-    def _on_feedback(self, feedback: GoalFeedback) -> None:
-        self._feedback[feedback.goal_id] = feedback
-        if feedback.goal_id == self.goal_id:
-            self._silent_s = 0.0
-        self._changes.announce()
-
-    def _on_verdict(self, verdict: Verdict) -> None:
-        chunk = (verdict.claim_id, verdict.seq)
-        if chunk not in self._answered:  # a copy sent again is answered again
-            self._answered.add(chunk)
-            self._counts[Outcome(verdict.outcome).name.lower()] += 1
-
-    def _on_joints(self, state: JointState) -> None:
-        self._tick = state.tick
-        if self._first is None:
-            self._first = (time.monotonic(), state.tick)

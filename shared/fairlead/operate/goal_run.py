@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable
 
 from fairlead.operate.client import RobotClient
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.robot import STALL_TIMEOUT_S
 
 

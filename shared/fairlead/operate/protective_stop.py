@@ -10,12 +10,11 @@ from fairlead.messages import Lease, StopLevel
 from fairlead.operate.changes import Changes
 from fairlead.operate.services import Services
 from fairlead.operate.subscription import watch
+from fairlead.reason_text import short_text
 from fairlead.wire.bus import Qos
 
 REPEAT_S = 0.05
 TIMEOUT_S = 2.0
-MOST_LETTERS = 500
-"""Of a reason: what is longer would make a stop that the gate cannot read."""
 
 
 async def request_stop(services: Services, reason: str) -> int:
@@ -30,7 +29,7 @@ async def request_stop(services: Services, reason: str) -> int:
     Raises:
         NoAnswerError: no lease listed it in time; the robot may still move.
     """
-    reason = reason.encode(errors="backslashreplace").decode()[:MOST_LETTERS]
+    reason = short_text(reason)
     stop_id = secrets.randbits(63) + 1
     listed: set[int] = set()
     changes = Changes()
@@ -42,7 +41,7 @@ async def request_stop(services: Services, reason: str) -> int:
     bus, keys = services.bus, services.keys
     leases = watch(bus, keys.lease, Lease, on_lease)
     publisher = bus.publisher(keys.stop, StopLevel, Qos.HOT)
-    message = StopLevel(stop_id=stop_id, by=services.by, reason=reason)
+    message = StopLevel(stop_id=stop_id, by=short_text(services.by), reason=reason)
     due_s = time.monotonic()
     deadline_s = due_s + TIMEOUT_S
     try:

@@ -71,10 +71,10 @@ class Robot(Services):
     async def close(self) -> None:
         """End what was begun here, then the session; the services are left as they are."""
         try:
-            for goal in self._goals:
-                if not goal.is_over:
-                    await goal.leave()
-                    goal.log_stopped()
+            left = [_leave(goal) for goal in self._goals if not goal.is_over]
+            for error in await asyncio.gather(*left, return_exceptions=True):
+                if error is not None:
+                    raise error
         finally:
             for subscription in list(self._subscriptions):
                 subscription.close()
@@ -136,8 +136,8 @@ class Robot(Services):
             by=self.by,
         )
         goal = RunningGoal(self, choose_runner(self.deployment, skill, runner), skill)
-        await goal.start(request)
         self._goals = [one for one in self._goals if not one.is_over] + [goal]
+        await goal.start(request)
         return goal
 
     async def load(self, skill: str, runner: str = "") -> Done:
@@ -255,3 +255,10 @@ class Robot(Services):
         made = Subscription(self.bus, name, key_expr, read, queue, timeout_s)
         self._subscriptions.add(made)  # type: ignore[arg-type]
         return made
+
+
+async def _leave(goal: RunningGoal) -> None:
+    try:
+        await goal.leave()
+    finally:
+        goal.log_stopped()

@@ -19,6 +19,8 @@ from fairlead.wire.on_loop import call_on
 WATCHED = 256
 """Messages that wait at most for a loop that is busy: some seconds of a key."""
 
+_LOG = logging.getLogger(__name__)
+
 T = TypeVar("T")
 M = TypeVar("M", bound=Message)
 
@@ -74,11 +76,14 @@ class Mailbox(Generic[T]):
 
 
 def watch(bus: Bus, key_expr: str, kind: type[M], handler: Callable[[M], None]) -> Mailbox[Any]:
-    """Call ``handler`` on this loop with every message of a key."""
+    """Call ``handler`` on this loop with every message of a key; what it raises is logged."""
 
     def drain() -> None:
         while taken := mailbox.take():
-            handler(taken[0])
+            try:
+                handler(taken[0])
+            except Exception:  # noqa: BLE001 - those after it are still to be handled
+                _LOG.exception("%s: %s cannot be handled", key_expr, kind.__name__)
 
     mailbox = Mailbox(bus, key_expr, lambda heard: decode(kind, heard.payload), WATCHED, drain)
     return mailbox
@@ -86,8 +91,6 @@ def watch(bus: Bus, key_expr: str, kind: type[M], handler: Callable[[M], None]) 
 
 QUEUE = 100
 SILENCE_S = 10.0
-
-_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from fairlead.modes import ControlMode
 from fairlead.robot.home_pose import HomePose, home_problems
 from fairlead.robot.joint import Joint
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
@@ -120,7 +119,8 @@ def _tool_problems(
                 f"commanded joint (valid: {', '.join(names)})"
             )
     for part in parts:
-        needing = [mode.yaml_name for mode in part.control_modes if mode in _TOOL_MODES]
+        modes = part.control_modes
+        needing = [one.yaml_name for one in modes if one.is_tool_mode or one.is_gripper_mode]
         if needing and part.end_effector is None:
             yield f"part {part.name!r}: {', '.join(needing)} needs an end_effector"
         elif part.end_effector is not None and part.end_effector not in tools:
@@ -128,14 +128,3 @@ def _tool_problems(
                 f"part {part.name!r}: no end effector {part.end_effector!r} "
                 f"(valid: {', '.join(tools) or 'none'})"
             )
-
-
-_TOOL_MODES = frozenset(
-    {
-        ControlMode.CARTESIAN_POSE,
-        ControlMode.CARTESIAN_DELTA,
-        ControlMode.CARTESIAN_TWIST,
-        ControlMode.GRIPPER_BINARY,
-        ControlMode.GRIPPER_POSITION,
-    }
-)

@@ -11,13 +11,14 @@ from fairlead.layout import load_layout
 from fairlead.messages import HalStatus
 from fairlead.modes import ControlMode
 from fairlead.robot.description import description_tree
+from fairlead.robot.home_check import singular_homes
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.camera_check import camera_problems, way_to_cameras
 from fairlead.skill.limit_overrides import limit_problems
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.output_range import declared_range_problems, hal_range_problems
-from fairlead.skill.routes import Route, plan_routes
+from fairlead.skill.routes import Route, plan_routes, resolve_routes
 from fairlead.skill.state_contract import StateContract
 
 
@@ -96,6 +97,13 @@ def summarised(problems: Sequence[str], skill: SkillManifest, robot: RobotManife
     if robot.id in skill.embodiments or len(problems) < 2:
         return list(problems)
     return [problems[0], f"and {len(problems) - 1} more, as on any robot it was not made for"]
+
+
+def home_warnings(skill: SkillManifest, robot: RobotManifest) -> list[str]:
+    """Tools that a skill moves, and that home is singular for; of a skill that is admitted."""
+    singular, moved = singular_homes(robot), resolve_routes(skill.action_contract, robot)
+    names = dict.fromkeys(route.part_name for route in moved if route.mode.is_tool_mode)
+    return [singular[name] for name in names if name in singular]
 
 
 def _embodiment_problems(skill: SkillManifest, robot: RobotManifest) -> list[str]:

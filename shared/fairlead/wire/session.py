@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import zenoh
@@ -38,6 +39,9 @@ _PRIORITY = {
     Qos.STATUS: zenoh.Priority.DATA,
 }
 
+CLOSE_WAIT_S = 1.0
+MOST_NAMED_KEYS = 64
+
 
 class _ZenohPublisher:
     def __init__(self, publisher: zenoh.Publisher) -> None:
@@ -48,6 +52,49 @@ class _ZenohPublisher:
 
     def put_bytes(self, payload: bytes, attachment: bytes | None = None) -> None:
         self._publisher.put(payload, attachment=attachment)
+
+
+class _Subscription:
+    """A subscription; of a wildcard also each key that was heard, by its name.
+
+    Zenoh numbers a key that a subscriber names, and looks up once who may write and read it. On one
+    that only a wildcard matches it spells the key out and asks all rules at each message.
+    """
+
+    def __init__(self, session: zenoh.Session, key_expr: str, take: SampleHandler) -> None:
+        self._session, self._take = session, take
+        self._named: dict[str, Undeclare] = {}
+        self._is_open = True
+        on_sample = self._on_named if "*" in key_expr else self._on_sample
+        # In Zenoh's own receive thread: a thread per subscriber (the default) would let one
+        # key's messages overtake another's, and joints must come after their transforms.
+        direct = zenoh.handlers.Callback(on_sample, indirect=False)
+        self._subscriber: Undeclare = session.declare_subscriber(key_expr, direct)
+
+    def _on_sample(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._take(Sample(str(sample.key_expr), sample.payload.to_bytes()))
+
+    def _on_named(self, sample: zenoh.Sample) -> None:
+        self._on_sample(sample)
+        key = str(sample.key_expr)
+        if key not in self._named and len(self._named) < MOST_NAMED_KEYS:
+            unread: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(1)
+            with suppress(zenoh.ZError):  # the session is closing
+                self._named[key] = self._session.declare_subscriber(key, unread)
+            if not self._is_open:
+                self._undeclare_named()
+
+    def undeclare(self) -> None:
+        """Take it back."""
+        self._subscriber.undeclare()
+        self._is_open = False
+        self._undeclare_named()
+
+    def _undeclare_named(self) -> None:
+        for key in list(self._named):
+            if named := self._named.pop(key, None):
+                named.undeclare()
 
 
 class _Wanted:
@@ -135,16 +182,7 @@ class ZenohBus:
 
     def subscribe(self, key_expr: str, handler: SampleHandler) -> Undeclare:
         """Call ``handler`` in Zenoh's receive thread, in the order of arrival."""
-        take = dropping(handler)
-
-        def on_sample(sample: zenoh.Sample) -> None:
-            if sample.kind == zenoh.SampleKind.PUT:
-                take(Sample(str(sample.key_expr), sample.payload.to_bytes()))
-
-        # In Zenoh's own receive thread: a thread per subscriber (the default) would let one
-        # key's messages overtake another's, and joints must come after their transforms.
-        direct = zenoh.handlers.Callback(on_sample, indirect=False)
-        return self._session.declare_subscriber(key_expr, direct)
+        return _Subscription(self._session, key_expr, dropping(handler))
 
     def subscribe_frames(self, key: str, handler: SampleHandler) -> Undeclare:
         """Through shared memory where the camera is on this host."""
@@ -238,10 +276,15 @@ class ZenohBus:
         return declared
 
     def close(self) -> None:
-        """End the session; everything declared goes with it."""
+        """End the session; everything declared goes with it.
+
+        Zenoh waits 10 s for a peer that takes nothing (a paused process); this does not.
+        """
         for frames in self._frames:
             frames.close()
-        self._session.close()  # type: ignore[no-untyped-call]
+        closing = threading.Thread(target=self._session.close, name="close", daemon=True)
+        closing.start()
+        closing.join(CLOSE_WAIT_S)
 
 
 def _reply(query: zenoh.Query, key: str, who: str, outcome: Message | Exception) -> None:

@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from fairlead.deploy.certificates import SUFFIX, TRUSTED, certificates_dir, common_name
-from fairlead.deploy.credentials import access_dir, write_private
+from fairlead.deploy.credentials import access_dir, check_private, write_private
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, expected
@@ -26,6 +26,10 @@ Place = tuple[str, str]
 """A host and who has a certificate there."""
 
 SIGNING_YEARS = 20
+_LEAKED = (
+    "others may have copied the keys that sign: delete the folders signing and certificates beside "
+    "it, then fairlead certs new, and copy to each host"
+)
 EARLIER = timedelta(days=1)
 """So much before it is made a certificate begins: the clocks of hosts differ."""
 
@@ -34,7 +38,8 @@ class Authority:
     """Makes the files that `fairlead.deploy.certificates` lists.
 
     Raises:
-        ConfigError: the deployment has no certificates; those here were copied from elsewhere.
+        ConfigError: the deployment has no certificates; those here were copied from elsewhere;
+            others could read or write the keys that sign.
     """
 
     def __init__(self, deployment: Deployment) -> None:
@@ -47,6 +52,9 @@ class Authority:
                 f"certificates in {self.folder} were copied here, the keys that signed them were "
                 "not; run this where they were made"
             )
+        if self._signing.exists():
+            for path in (self._signing, *self._signing.iterdir()):
+                check_private(path, _LEAKED)
 
     @property
     def router(self) -> Place:

@@ -18,9 +18,9 @@ from fairlead.errors import ConfigError, FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
 from fairlead.operate.asker import OPERATOR_VARIABLE, check_person
 from fairlead.operate.client import SEEN_S, RobotClient
-from fairlead.operate.connection import connect, running_files
+from fairlead.operate.connection import choose_file, connect, running_files
 from fairlead_tools.cli.console import echo, hex_id
-from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example
+from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example, naming
 
 HARDWARE = "hardware"
 YesOption = Annotated[bool, typer.Option("--yes", help="arm hardware without asking")]
@@ -54,25 +54,30 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
     try:
         arm_after_asking(client, before, confirmed)
         yield
-    except BaseException:  # Ctrl-C while it arms, too: the gate may have heard it
+        _disarm_unclaimed(client)
+    except BaseException as why:  # Ctrl-C while it arms or disarms, too: the gate may be armed
         try:
             _disarm_unclaimed(client)
         except FairleadError as error:
-            echo(f"not disarmed: {error}", err=True)
+            if str(error) != str(why):
+                echo(f"not disarmed: {error}", err=True)
         raise
-    _disarm_unclaimed(client)
 
 
 def _disarm_unclaimed(client: RobotClient) -> None:
     """Unless somebody's goal runs, which has not claimed yet: the gate disarms when it is idle.
 
-    The claim of a runner that has died ends within its heartbeats, and is nobody's.
+    The claim of a runner that has died ends within its heartbeats, and is nobody's. So is that of
+    one without a goal: it was offered to the next one.
     """
     status = client.status(timeout_s=SEEN_S)
     gate = status.gate or client.gate_status()
-    if gate.state != GateState.ARMED or {one.source for one in gate.claims} - {*status.missing}:
-        return
-    if not any(goal.is_running for goal in status.runners):
+    claimed = {one.source for one in gate.claims} - {*status.missing}
+    if claimed:  # asked after the claims were seen: a goal that has begun since says so
+        status = client.status(timeout_s=SEEN_S)
+        claimed -= {goal.source for goal in status.runners if not goal.is_running}
+    running = any(goal.is_running for goal in status.runners)
+    if gate.state == GateState.ARMED and not claimed and not running:
         client.disarm()
 
 
@@ -113,29 +118,29 @@ def stop_command(
     except ConfigError as error:  # no reason not to stop
         del os.environ[OPERATOR_VARIABLE]
         echo(f"WARNING {error}; stopping all the same", err=True)
-    outcomes = asyncio.run(_stop_all(files, reason))
-    failed = False
-    for file, outcome in zip(files, outcomes, strict=True):
-        if isinstance(outcome, BaseException):
-            failed = True
-            echo(f"ERROR {file}: NOT STOPPED: {outcome}", err=True)
-            continue
-        robot, stop_id = outcome
-        which = f" --deployment {file}" if len(files) > 1 else ""
-        echo(f"stopped {robot}; when it is safe: fairlead reset {hex_id(stop_id)}{which}")
-    if failed:
+    if not all(asyncio.run(_stop_all(files, reason))):
         raise typer.Exit(1)
 
 
-async def _stop_all(files: list[Path], reason: str) -> list[tuple[str, int] | BaseException]:
+async def _stop_all(files: list[Path], reason: str) -> list[bool]:
     """At once: nobody's stop waits for another's, or fails with it."""
-    return await asyncio.gather(*(_stop(file, reason) for file in files), return_exceptions=True)
+    return await asyncio.gather(*(_stop(file, reason) for file in files))
 
 
-async def _stop(file: Path, reason: str) -> tuple[str, int]:
-    chosen = _load_as_started(file)
-    async with connect(chosen, by="fairlead") as robot:
-        return running_name(chosen), await robot.stop(reason)
+async def _stop(file: Path, reason: str) -> bool:
+    """Whether it is stopped; said before the session ends, for which a hung service takes 10 s."""
+    stopped = False
+    try:
+        chosen = _load_as_started(file)
+        async with connect(chosen, by="fairlead") as robot:
+            stop_id = hex_id(await robot.stop(reason))
+            stopped = True
+            reset = f"fairlead reset {stop_id}{naming(file)}"
+            echo(f"stopped {running_name(chosen)}; when it is safe: {reset}")
+    except Exception as error:  # noqa: BLE001 - of whatever kind: it is said, and the others stop
+        if not stopped:
+            echo(f"ERROR {file}: NOT STOPPED: {error}", err=True)
+    return stopped
 
 
 def _load_as_started(file: Path) -> Deployment:
@@ -178,4 +183,4 @@ def reset_command(
         reply = client.reset(acknowledged)
         left = client.gate_status()
     echo(reply.text or f"reset {chosen.id}")
-    echo(f"next: {left.fix or 'fairlead arm'}")
+    echo(f"next: {left.fix or 'fairlead arm'}{naming(choose_file(deployment))}")

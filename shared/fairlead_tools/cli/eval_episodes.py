@@ -174,7 +174,8 @@ def with_motion(
     """The episodes with what the gate's log says of them, and a picture of each that failed."""
     told = []
     for one in done:
-        parts = [run.between(one.first_tick, one.last_tick, one.session) for run in runs]
+        seen = runs if one.first_tick else ()  # it ended before its first observation
+        parts = [run.between(one.first_tick, one.last_tick, one.session) for run in seen]
         run = max(parts, key=lambda part: len(part.joints), default=None)
         if run is not None and run.joints:
             robot = load_robot(run.header.robot)

@@ -14,7 +14,6 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError, FairleadError
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import choose_file
@@ -24,6 +23,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption
+from fairlead_tools.cli.by_hand import ends_like_ctrl_c
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.eval_episodes import (
     HEADER,
@@ -41,7 +41,7 @@ from fairlead_tools.cli.goals import (
 )
 from fairlead_tools.cli.options import MAX_NUMBER, DeploymentOption, JsonOption, example
 from fairlead_tools.cli.skill import SkillArgument, installed_skill
-from fairlead_tools.cli.starting import wait_seen, wait_started
+from fairlead_tools.cli.starting import entries_of, wait_seen, wait_started
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
 MAX_EPISODES = 100_000
@@ -129,7 +129,7 @@ def eval_command(
     ended_by: BaseException | None = None
     began_s = time.time()
     state: Path | None = None
-    with ProgressLine(as_json) as line:
+    with ends_like_ctrl_c(), ProgressLine(as_json) as line:
         try:
             with _client(file, own, named, out, line) as (client, state):
                 client.wait_gate_follows()
@@ -188,7 +188,7 @@ def _client(
 
 
 def _state_folder(file: Path) -> Path | None:
-    here = [one for one in Registry().entries() if Path(one.deployment) == file]
+    here = entries_of(file)
     return Path(here[0].state_dir) if here else None
 
 

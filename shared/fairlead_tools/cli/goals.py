@@ -15,7 +15,7 @@ from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, Rese
 from fairlead.operate.chain import ChainRun
 from fairlead.operate.client import SEEN_S, RobotClient, load_meanwhile
 from fairlead.operate.connection import choose_file
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.robot import STALL_TIMEOUT_S
 from fairlead.operate.runner_choice import choose_runner
@@ -279,7 +279,9 @@ def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
     if gate.claims:
         claim = gate.claims[0]
         why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"
-        raise RefusedError("fairlead", why, f"fairlead cancel {claim.source}")
+        is_runners = claim.source in client.deployment.runners
+        fix = f"fairlead cancel {claim.source}" if is_runners else "end it where it was started"
+        raise RefusedError("fairlead", why, fix)
     if gate.state == GateState.ARMED:
         client.disarm()
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated
@@ -176,6 +177,11 @@ WithoutOption = Annotated[
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON document instead")]
+
+
+def naming(file: Path) -> str:
+    """What stands behind an advised command: the deployment, where more than one runs here."""
+    return f" --deployment {shlex.quote(str(file))}" if len(Registry().entries()) > 1 else ""
 
 
 def choose_deployment(file: Path | None) -> Deployment:

@@ -221,6 +221,12 @@ def down_command(deployment: RunningArgument = None) -> None:
     _check_gone(entry.name, left)
     Registry().remove_if_ended(entry.name)
     echo(f"stopped {entry.name}" + (f" and {len(left)} leftover processes" if left else ""))
+    for lock in Path(entry.state_dir).glob("*/gate.lock"):
+        if not lock.with_name("clean_mark").exists():
+            echo(
+                f"its gate ({lock.parent.name}) did not end disarmed: it will start latched, "
+                "until fairlead reset"
+            )
 
 
 def end_processes(processes: list[ProcessId], grace_s: float) -> None:

@@ -15,7 +15,7 @@ from fairlead.operate.client import RobotClient
 from fairlead.paths import user_skills_dir
 from fairlead.plugins import POLICIES
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.skill.admission import admission_problems, summarised
+from fairlead.skill.admission import admission_problems, home_warnings, summarised
 from fairlead.skill.manifest import SkillManifest, find_skill, load_skill, read_skill, skill_ids
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
@@ -181,14 +181,14 @@ def check_command(
     """Check a skill's manifest and whether the robot admits it; exit 1 with every reason if not."""
     folder = find_skill(skill)
     manifest = read_skill(folder)
-    robot = robot or manifest.embodiments[0]
-    loaded = load_robot(robot)
+    loaded = load_robot(robot or manifest.embodiments[0])
     problems = admission_problems(manifest, loaded, _running(deployment))
     told = summarised(problems, manifest, loaded)
     wrong = policy_problems(manifest) + python_problems(folder, manifest)
     problems, told = problems + wrong, told + wrong
     report: dict[str, Any] = {
-        "skill": skill, "robot": robot, "admitted": not problems, "reasons": problems,
+        "skill": skill, "robot": loaded.id, "admitted": not problems, "reasons": problems,
+        "warnings": [] if problems else home_warnings(manifest, loaded),
     }  # fmt: skip
     found = None if stats is None else _compare(manifest, stats, embodiment)
     if found is not None:
@@ -196,7 +196,9 @@ def check_command(
     if as_json:
         print_json(report)
     else:
-        _print(skill, robot, told, folder)
+        _print(skill, loaded.id, told, folder)
+        for text in report["warnings"]:
+            echo(f"WARNING {text}")
         if found is not None:
             _print_findings(skill, found)
     if problems or (found is not None and found["findings"]):

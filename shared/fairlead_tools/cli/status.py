@@ -16,7 +16,6 @@ import typer
 
 from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.deployment import load_deployment
-from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError, NoAnswerError
 from fairlead.log_stamp import utc_stamp
 from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus, floats
@@ -27,7 +26,7 @@ from fairlead.robot.profile_limits import outside_limits
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
 from fairlead_tools.cli.console import echo, hex_id, print_json
-from fairlead_tools.cli.options import DeploymentOption, JsonOption, example
+from fairlead_tools.cli.options import DeploymentOption, JsonOption, example, naming
 from fairlead_tools.cli.starting import entries_of, starting_services
 
 _STATE_S = 0.5
@@ -138,7 +137,7 @@ def _document(seen: _Seen) -> dict[str, Any]:
 
 
 def _lines(seen: _Seen, file: Path) -> list[str]:
-    which = f" --deployment {file}" if len(Registry().entries()) > 1 else ""
+    which = naming(file)
     silent = "is starting" if seen.starting else "does not answer"
     lines = [f"gate   {silent}"] if seen.gate is None else gate_lines(seen.gate, which)
     lines.append(f"robot  the HAL {silent}" if seen.hal is None else robot_line(seen.hal))

@@ -81,7 +81,8 @@ class HeardStates:
     @property
     def newest(self) -> Heard:
         """The newest state; there must be one."""
-        return self.by_tick[self.newest_tick]
+        with self._changed:
+            return self.by_tick[self.newest_tick]
 
     def every(self) -> list[Heard]:
         """All that came so far, in the order in which they came."""

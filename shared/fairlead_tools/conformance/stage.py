@@ -27,11 +27,6 @@ LATE_S = 0.015
 WAIT_S = 0.25
 """In lockstep a world that did not step for so long waits for a decision."""
 STILL_TICKS = 3
-CARTESIAN = (
-    ControlMode.CARTESIAN_DELTA,
-    ControlMode.CARTESIAN_TWIST,
-    ControlMode.CARTESIAN_POSE,
-)
 
 
 @dataclass(frozen=True)

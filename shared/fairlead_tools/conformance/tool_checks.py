@@ -17,7 +17,7 @@ from fairlead.robot.tool_chain import ToolChain
 from fairlead_tools.conformance.plan import Rows
 from fairlead_tools.conformance.row import Check, Row
 from fairlead_tools.conformance.small_rows import OUT_ROWS
-from fairlead_tools.conformance.stage import CARTESIAN, Run, Stage
+from fairlead_tools.conformance.stage import Run, Stage
 from fairlead_tools.measure.driven_robot import Moment
 from fairlead_tools.measure.drives import wish_of
 from fairlead_tools.record.measured import rotation_vector
@@ -161,7 +161,7 @@ def tool_checks(stage: Stage) -> Iterator[Row]:
     none = True
     for part, modes in stage.modes.items():
         for mode in modes:
-            if mode not in CARTESIAN:
+            if not mode.is_tool_mode:
                 continue
             none = False
             if part in stage.chains:
@@ -180,7 +180,7 @@ def limit_checks(stage: Stage, is_simulator: bool) -> Iterator[Row]:
     none = True
     for part, modes in stage.modes.items():
         for mode in modes:
-            if mode in CARTESIAN and part in stage.chains:
+            if mode.is_tool_mode and part in stage.chains:
                 none = False
                 check = replace(LIMITS, of=f"{part} {mode.yaml_name}")
                 if is_simulator:

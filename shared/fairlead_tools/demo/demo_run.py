@@ -15,7 +15,7 @@ from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead.messages import GoalResult
 from fairlead.operate.client import RobotClient
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import RobotManifest, load_robot

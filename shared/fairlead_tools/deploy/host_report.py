@@ -11,7 +11,8 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from fairlead.deploy.certificates import trusted_mark
+from fairlead.deploy.access import OPERATOR
+from fairlead.deploy.certificates import find_certificate, trusted_mark
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import FairleadError
 from fairlead.robot.manifest import load_robot
@@ -80,6 +81,7 @@ def report_this(file: Path, deployment: Deployment, host: str | None) -> HostRep
         except FairleadError as error:
             problems.append(str(error))
     problems += _router_problems(deployment, host)
+    warnings += _tool_warnings(deployment, host)
     robot: str = ""
     skills: dict[str, str] = {}
     try:
@@ -111,6 +113,15 @@ def _hashes(deployment: Deployment) -> tuple[str, dict[str, str]]:
         if robot.id in skill.embodiments:
             skills[name] = skill.skill_hash.hex()[:HASH_DIGITS]
     return robot.robot_hash.hex()[:HASH_DIGITS], skills
+
+
+def _tool_warnings(deployment: Deployment, host: str | None) -> Iterable[str]:
+    """Whether the tools of this host can prove that they are the operator's."""
+    if host is not None and (host, OPERATOR) in deployment.certified:
+        try:
+            find_certificate(deployment.keys, [host], OPERATOR)
+        except FairleadError as error:
+            yield f"{host}: no tool reaches the robot from here: {error}"
 
 
 def _router_problems(deployment: Deployment, host: str | None) -> Iterable[str]:

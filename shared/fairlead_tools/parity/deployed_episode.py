@@ -13,7 +13,7 @@ import numpy as np
 
 from fairlead.errors import ServiceError
 from fairlead.messages import ResetEpisodeReply
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.parity.episode_trace import EpisodeTrace

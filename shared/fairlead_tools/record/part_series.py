@@ -19,9 +19,6 @@ _RATES = frozenset({
     ControlMode.JOINT_VELOCITY, ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST,
     ControlMode.BODY_TWIST,
 })  # fmt: skip
-_IN_A_FRAME = frozenset(
-    {ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST, ControlMode.CARTESIAN_POSE}
-)
 _SWITCHES = frozenset({
     ControlMode.DEX_HAND_JOINT, ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION,
     ControlMode.COMPOSITE_MODE,
@@ -151,7 +148,7 @@ class _Series:
             and len(part.values) > 0
             and len(part.values) % (8 * mode.width(n_dof)) == 0
             and max(part.active, default=0) < n_dof
-            and (mode not in _IN_A_FRAME or part.frame_id in self._measured.frames)
+            and (not mode.is_tool_mode or part.frame_id in self._measured.frames)
         )
 
     def _panel(self, part: int, mode: ControlMode, quantity: _Quantity) -> Panel:
@@ -162,7 +159,7 @@ class _Series:
             gain = getattr(limits, "gain", (0.0, 1.0)) if mode in _RATES else None
             self.panels[key] = Panel(
                 part, f"{name} {quantity.name}", quantity.unit, quantity.frame, gain,
-                self._driven if mode in _IN_A_FRAME else frozenset(), mode in _SWITCHES,
+                self._driven if mode.is_tool_mode else frozenset(), mode in _SWITCHES,
                 measured=quantity.measured,
             )  # fmt: skip
         return self.panels[key]

@@ -13,7 +13,7 @@ from fairlead.errors import RefusedError, ServiceError
 from fairlead.messages import GoalResult
 from fairlead.operate.blocking import BlockingClaim
 from fairlead.operate.client import RobotClient
-from fairlead.operate.goal import Progress
+from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions
 from fairlead_tools.teleop.device import InputDevice
 

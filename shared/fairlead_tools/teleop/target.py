@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -86,7 +87,10 @@ class ToolWay:
 
     def __call__(self, tick: Tick) -> FloatArray:
         """Per axis, m and rad (a rotation vector); NaN if the tick's transform does not come."""
-        while (batch := self._heard.next(LATE_S)) is not None:
+        until_s = time.monotonic() + LATE_S  # others' transforms come all the time
+        while (left_s := until_s - time.monotonic()) > 0.0:
+            if (batch := self._heard.next(left_s)) is None:
+                break
             for one in batch.transforms:
                 if (one.parent, one.child) == self._names and batch.tick >= tick.number:
                     return self._from_start(one)

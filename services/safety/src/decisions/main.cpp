@@ -1,6 +1,8 @@
 // fairlead-decisions: reads what gates have recorded. A program of its own, so that nothing of it
 // runs in the process that guards a robot.
+#include <algorithm>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -32,16 +34,28 @@ int run(const std::vector<std::string>& words) {
                       "'; see: fairlead-decisions --help");
 }
 
+// A refusal goes where scripts look for one: with --json to stdout, in the form of `fairlead`.
+int refuse(const std::vector<std::string>& words, const char* kind, const char* why, int status) {
+  if (std::find(words.begin(), words.end(), "--json") == words.end()) {
+    std::cerr << "ERROR fairlead-decisions: " << why << std::endl;
+    return status;
+  }
+  const nlohmann::ordered_json error = {{"kind", kind}, {"message", why}, {"fix", ""}};
+  std::cout << nlohmann::ordered_json{{"error", error}}.dump(
+                   2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)
+            << std::endl;
+  return status;
+}
+
 }  // namespace
 
-int main(int count, char** words) {
+int main(int count, char** given) {
+  const std::vector<std::string> words(given + 1, given + count);
   try {
-    return run({words + 1, words + count});
+    return run(words);
   } catch (const ConfigRefused& refusal) {
-    std::cout << "ERROR fairlead-decisions: " << refusal.what() << std::endl;
-    return 2;
+    return refuse(words, "ConfigError", refusal.what(), 2);
   } catch (const std::exception& error) {
-    std::cout << "ERROR fairlead-decisions: " << error.what() << std::endl;
-    return 1;
+    return refuse(words, "FairleadError", error.what(), 1);
   }
 }

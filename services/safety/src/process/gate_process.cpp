@@ -98,12 +98,12 @@ void GateProcess::handle(const Event& event, Answer* answer) {
     return refuse(answer, foreign.c_str(), "ask on the key of the source that asks");
   if (event.kind == EventKind::claim) return handle_claim(event, answer);
   const std::lock_guard lock(mutex_);
+  if (event.kind == EventKind::arm) step(Event{}, nullptr);  // due first: disarm when idle
   const bool may_arm = event.kind == EventKind::arm && gate_.state() == GateState::disarmed;
   if (may_arm && store_.is_marked())
     return refuse(answer, "somebody disarmed or reset it meanwhile", "fairlead arm");
   step(event, answer);
-  // Arming was refused after its mark had been removed: leaving is clean again.
-  if (may_arm && gate_.state() == GateState::disarmed) store_.set_clean_mark(true);
+  if (may_arm && gate_.state() == GateState::disarmed) store_.set_clean_mark(true);  // refused
 }
 
 // Motion may follow an arm at once, so the clean mark must be gone from the disk before it.
@@ -156,6 +156,7 @@ void GateProcess::make_room() {
   });
   if (idle == served_.end()) return;
   outlet_.forget_source(*idle);
+  intake_.forget(*idle);
   served_.erase(idle);
 }
 
@@ -260,11 +261,10 @@ void GateProcess::say_left_out() {
   const std::uint64_t now_ns = monotonic_ns();
   if (now_ns - said_left_out_ns_ < 1'000'000'000) return;
   said_left_out_ns_ = now_ns;
-  const Intake::LeftOut out = intake_.take_left_out();
-  if (out.sum() == 0) return;
-  log_.warning("candidates left out unread: " + std::to_string(out.strangers) +
-               " that cite no live claim, " + std::to_string(out.copies) + " copies, " +
-               std::to_string(out.excess) + " beyond what one claim may send");
+  if (const Intake::LeftOut out = intake_.take_left_out(); out.sum() != 0)
+    log_.warning("candidates left out unread: " + std::to_string(out.strangers) +
+                 " that cite no live claim, " + std::to_string(out.copies) + " copies, " +
+                 std::to_string(out.excess) + " beyond what one claim may send");
 }
 
 void GateProcess::run_timer() {

@@ -25,6 +25,11 @@ void Intake::expect(const std::string& source, std::uint64_t session, std::uint6
   claims_[source] = std::move(claimed);
 }
 
+void Intake::forget(const std::string& source) {
+  const std::lock_guard lock(mutex_);
+  claims_.erase(source);
+}
+
 Intake::Claimed* Intake::claim_of(Bytes frame) {
   ChunkHead head;
   if (!read_chunk_head(frame, head)) return nullptr;

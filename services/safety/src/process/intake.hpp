@@ -38,6 +38,8 @@ class Intake {
   /// A claim was granted to a source, in whose place it is.
   void expect(const std::string& source, std::uint64_t session, std::uint64_t epoch,
               std::uint64_t claim_id);
+  /// It holds no claim any more.
+  void forget(const std::string& source);
   /// Whether a candidate frame gets a turn.
   bool admits(Bytes frame, std::uint64_t now_ns);
 

@@ -65,9 +65,9 @@ std::string replace_file(const fs::path& path, Bytes data) {
 }
 
 std::string remove_file(const fs::path& path) {
-  if (::unlink(path.c_str()) != 0) {
-    return errno == ENOENT ? "" : system_error("cannot remove " + path.string());
-  }
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT)
+    return system_error("cannot remove " + path.string());
+  // Also where it was gone: the sync of an earlier attempt may have failed.
   return sync_folder(path.parent_path());
 }
 

@@ -47,7 +47,7 @@ struct SourcePublishers {
       : candidates(session, keys.candidate(source)),
         safe(session, keys.safe(source), "SafeChunk"),
         verdict(session, keys.verdict(source), "Verdict", Qos::hot) {}
-  DeclaredKey candidates;
+  NamedKey candidates;
   SafePublisher safe;
   Publisher verdict;
 };

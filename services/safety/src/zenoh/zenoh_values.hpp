@@ -48,17 +48,21 @@ class KeyView {
   z_view_keyexpr_t view_;
 };
 
-/// A key known to the session by a number. Without one, each message on a key that a wildcard is
-/// subscribed to arrives with its key spelt out and is compared with every subscription.
-class DeclaredKey {
+/// A key that a subscriber names, beside the wildcard that handles its messages. Zenoh numbers it
+/// and looks up once who may write and read it. On a key that only a wildcard matches it spells the
+/// key out and asks all rules at each message.
+class NamedKey {
  public:
-  DeclaredKey(const z_loaned_session_t* session, const std::string& key)
-      : key_([&](z_owned_keyexpr_t* out) {
-          check(z_declare_keyexpr(session, out, KeyView(key).get()), "declare the key " + key);
+  NamedKey(const z_loaned_session_t* session, const std::string& key)
+      : subscriber_([&](z_owned_subscriber_t* out) {
+          z_owned_closure_sample_t nothing;
+          z_closure_sample(&nothing, [](z_loaned_sample_t*, void*) {}, nullptr, nullptr);
+          check(z_declare_subscriber(session, out, KeyView(key).get(), z_move(nothing), nullptr),
+                "subscribe to " + key);
         }) {}
 
  private:
-  Owned<z_owned_keyexpr_t> key_;
+  Owned<z_owned_subscriber_t> subscriber_;
 };
 
 /// Copies a payload where it is one run of bytes. One byte more than the largest frame is

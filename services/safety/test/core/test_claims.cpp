@@ -141,10 +141,19 @@ TEST_CASE("a held part is refused with the name of its holder; free parts are gi
   second.source = "planner";
   CHECK(refusal_of(rig, second) == "part gripper is held by runner (test-skill)");
   CHECK(rig.refusal().fix == "fairlead cancel runner");
-  second.parts[1] = "composite";
+  second.parts.erase_at(1);
   CHECK(refusal_of(rig, second).empty());
   CHECK(rig.status().claims.size() == 2);
   CHECK(rig.status().claims[1].source == "planner");
+}
+
+TEST_CASE("a composite switch goes with each part whose tool it switches, and with nothing else") {
+  GateRig rig;
+  rig.connect_and_arm();
+  const char* refusal = "parts: expected arm with composite, the switch of its motion";
+  CHECK(refusal_of(rig, rig.claim_request({"composite"})) == refusal);
+  CHECK(refusal_of(rig, rig.claim_request({"base", "composite", "gripper"})) == refusal);
+  CHECK(refusal_of(rig, rig.claim_request({"composite", "arm"})).empty());
 }
 
 TEST_CASE("two claims are judged side by side, each with its own chunks") {
@@ -214,6 +223,7 @@ TEST_CASE("there is room for eight claims") {
   // The test robot has four parts; the table itself is asked through a robot of eight.
   GateRig rig;
   Limits& limits = rig.limits;
+  limits.parts[composite].modes = limits.parts[gripper].modes;  // a switch goes with its arm
   for (const char* name : {"five", "six", "seven", "eight"}) {
     PartLimits extra = limits.parts[composite];
     extra.name = name;

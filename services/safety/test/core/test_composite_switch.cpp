@@ -119,6 +119,15 @@ TEST_CASE("G025 realtime: the switch turns only after a tick without a row") {
   CHECK(robot.of(switched({-1.0}), held).outcome == Outcome::released);
 }
 
+TEST_CASE("G025 left out of the row that acts, the switch is down, whatever it was before") {
+  Judged robot;
+  robot.memories[composite].composite = Switch::positive;
+  const ChunkBuilder without = ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.01});
+  const RowBefore before{&without.chunk, 0, false, &robot.memories};
+  CHECK(robot.of(switched({1.0}), before).evidence.code == 25);
+  CHECK(robot.of(switched({-1.0}), before).evidence.code != 25);
+}
+
 TEST_CASE("G025 the row that acted last is remembered over holds, claims and standstill") {
   for (const bool lockstep : {true, false}) {
     GateRig rig(lockstep);

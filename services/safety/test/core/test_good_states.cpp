@@ -127,3 +127,21 @@ TEST_CASE("copies of a stop that went on under a new arming are a new one, and r
   copy();
   CHECK(rig.gate->state() == GateState::disarmed);
 }
+
+TEST_CASE("lockstep: a lost state, behind which the world came to stand, keeps no latch") {
+  for (const bool lockstep : {false, true}) {
+    CAPTURE(lockstep);
+    GateRig rig(lockstep);
+    rig.restart(BootInfo{false, false, {}});
+    rig.send_hal_status();
+    rig.next_tick();
+    ++rig.tick;  // in this one it moved
+    rig.positions[arm_1] += 0.1;
+    rig.next_tick();
+    rig.reset(rig.status().latch_id);
+    CHECK(rig.refusal().reason == "a joint is still moving");
+    for (int i = 0; i < 10; ++i) rig.send_state();  // it stands, and the world waits
+    rig.reset(rig.status().latch_id);
+    CHECK(rig.gate->state() == (lockstep ? GateState::disarmed : GateState::latched));
+  }
+}

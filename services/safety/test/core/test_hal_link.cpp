@@ -281,3 +281,20 @@ TEST_CASE("every joint's positions tell how fast it went, the first one's too") 
     CHECK(robot.link.state().travel_speeds[i] == doctest::Approx(2.0).epsilon(1e-3));
   }
 }
+
+TEST_CASE("behind a lost state positions tell nothing any more once the world stands there") {
+  for (const std::uint64_t lost : {0U, 1U, 5U}) {
+    CAPTURE(lost);
+    Robot robot;
+    robot.announce(first);
+    robot.state(1, 1'000 * ms);
+    for (double& position : robot.positions) position += 0.1;
+    robot.state(2 + lost, 1'050 * ms);
+    const MeasuredState& state = robot.link.state();
+    const double speed = state.travel_speeds[measured_count - 1];
+    CHECK(speed == doctest::Approx(2.0 / static_cast<double>(1 + lost)).epsilon(1e-3));
+    robot.link.note_repeat();
+    for (std::size_t i = 0; i < measured_count; ++i)
+      CHECK((state.travel_speeds[i] == 0.0) == (lost > 0));
+  }
+}

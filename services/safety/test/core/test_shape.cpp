@@ -200,6 +200,25 @@ TEST_CASE("G009 the mask names joints of the part, ascending, and is mandatory")
                                    "base_link")) == 9);
 }
 
+TEST_CASE("G009 two slides that are told against the yaw are told together") {
+  const Row zeros(joint_count, 0.0);
+  for (const bool turned : {true, false}) {
+    Limits limits = test_limits();
+    limits.base.present = true;
+    limits.base.against_yaw = turned;
+    limits.base.joints = {base_x, base_y, base_yaw};
+    const auto code = [&](std::initializer_list<std::uint8_t> active) {
+      const ChunkBuilder rows = ChunkBuilder().add(base, Mode::joint_velocity, {zeros}, active);
+      return check_shape(limits, whole_robot(limits), rows.chunk).code;
+    };
+    const std::uint32_t refused = turned ? 9 : 0;
+    CHECK(code({base_x}) == refused);
+    CHECK(code({base_y, base_yaw}) == refused);
+    CHECK(code({base_yaw}) == 0);
+    CHECK(code({base_x, base_y}) == 0);
+  }
+}
+
 TEST_CASE("G009 what is not active is exactly zero, in every row") {
   Row dirty(joint_count, 0.0);
   dirty[arm_2] = 5e-324;

@@ -64,9 +64,9 @@ FAIRLEAD_ZENOH_BOXED(subscriber)
 FAIRLEAD_ZENOH_BOXED(queryable)
 FAIRLEAD_ZENOH_BOXED(liveliness_token)
 FAIRLEAD_ZENOH_BOXED(encoding)
-FAIRLEAD_ZENOH_BOXED(keyexpr)
 #undef FAIRLEAD_ZENOH_BOXED
 
+typedef struct z_loaned_keyexpr_t z_loaned_keyexpr_t;
 typedef struct z_loaned_bytes_t z_loaned_bytes_t;
 typedef struct z_loaned_sample_t z_loaned_sample_t;
 typedef struct z_loaned_query_t z_loaned_query_t;
@@ -149,10 +149,6 @@ const z_loaned_string_t* z_view_string_loan(const z_view_string_t* this_);
 const char* z_string_data(const z_loaned_string_t* this_);  // not NUL-terminated
 size_t z_string_len(const z_loaned_string_t* this_);
 
-// Gives a key a number in this session; dropping it takes the number back.
-z_result_t z_declare_keyexpr(const z_loaned_session_t* session, z_owned_keyexpr_t* declared,
-                             const z_loaned_keyexpr_t* key);
-
 // --- payloads ---
 
 z_result_t z_bytes_copy_from_buf(z_owned_bytes_t* this_, const uint8_t* data, size_t len);
@@ -227,7 +223,6 @@ FAIRLEAD_ZENOH_MOVE(subscriber)
 FAIRLEAD_ZENOH_MOVE(queryable)
 FAIRLEAD_ZENOH_MOVE(liveliness_token)
 FAIRLEAD_ZENOH_MOVE(encoding)
-FAIRLEAD_ZENOH_MOVE(keyexpr)
 FAIRLEAD_ZENOH_MOVE(bytes)
 FAIRLEAD_ZENOH_MOVE(closure_sample)
 FAIRLEAD_ZENOH_MOVE(closure_query)

@@ -1,4 +1,4 @@
-//! Key expressions as views on the caller's text, declared ones, and text as a view on a key.
+//! Key expressions as views on the caller's text, and text as a view on a key.
 
 use std::ffi::{c_char, CStr};
 use std::mem::{align_of, size_of};
@@ -6,11 +6,7 @@ use std::{ptr, str};
 
 use zenoh::key_expr::{keyexpr, KeyExpr};
 
-use zenoh::{Session, Wait};
-
-use crate::boundary::{
-    clear, guard, guard_void, store, take, Owned, ZResultCode, NETWORK, NULL, PARSE,
-};
+use crate::boundary::{guard, guard_void, ZResultCode, NULL, PARSE};
 
 /// In place, because a view has no drop: a box would leak.
 #[repr(C, align(8))]
@@ -63,27 +59,6 @@ pub unsafe extern "C" fn z_view_keyexpr_from_str(
 #[no_mangle]
 pub unsafe extern "C" fn z_view_keyexpr_loan(this: *const ViewKeyExpr) -> *const KeyExpr<'static> {
     this.cast()
-}
-
-#[no_mangle]
-pub unsafe extern "C" fn z_declare_keyexpr(
-    session: *const Session,
-    this: *mut Owned<KeyExpr<'static>>,
-    key: *const KeyExpr<'static>,
-) -> ZResultCode {
-    guard(|| {
-        clear(this)?;
-        let session = session.as_ref().ok_or(NULL)?;
-        let declared = session.declare_keyexpr(owned(key)?).wait();
-        store(this, declared.map_err(|_| NETWORK)?);
-        Ok(())
-    })
-}
-
-/// A key that was declared is undeclared with its last copy.
-#[no_mangle]
-pub unsafe extern "C" fn z_keyexpr_drop(this: *mut Owned<KeyExpr<'static>>) {
-    guard_void(|| drop(take(this)));
 }
 
 #[no_mangle]

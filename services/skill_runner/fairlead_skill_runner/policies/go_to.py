@@ -21,7 +21,7 @@ from fairlead.robot.surroundings import BaseSurroundings, zone_breach
 from fairlead.skill.manifest import SkillManifest
 
 LAYOUT = "base_pose_6d"
-GOAL_FORM = "three numbers 'x y yaw' [m, m, rad]"
+GOAL_FORM = "'x y yaw' [m, m, rad] in plain numbers, such as 0.5 -1 1.57"
 ACCELERATION = np.array([0.5, 1.0])
 """Most that the rates ahead [m/s] and to the left [rad/s] change in a second."""
 GAIN_HZ = 2.0
@@ -114,7 +114,8 @@ class GoToPolicy:
         """Forget the goal and the way."""
         self._goal: Pose | None = None
         self._seen: tuple[int, Pose] | None = None
-        self._plan: dict[int, Motion] = {}
+        self._plan: dict[int, Motion] = {}  # by row of the newest answer
+        self._plan_tick = 0  # of that answer
 
     def infer(self, observation: Observation) -> Actions | Done | Failed:
         """One chunk ``[horizon, 2]`` from a state of layout ``base_pose_6d``, or the end."""
@@ -131,7 +132,9 @@ class GoToPolicy:
         if still and self._is_there(pose):
             x, y, yaw = pose
             return Done(f"the base is at {x:.2f} {y:.2f} {yaw:.2f} in {self._frame}")
-        return self._rows(observation.tick, pose)
+        acting = (observation.tick - 1 - self._plan_tick) // observation.periods
+        self._plan_tick = observation.tick
+        return self._rows(acting, pose)
 
     # --- the goal --------------------------------------------------------------------
 
@@ -165,14 +168,14 @@ class GoToPolicy:
 
     # --- the way ---------------------------------------------------------------------
 
-    def _rows(self, tick: int, pose: Pose) -> Actions:
-        """Goes on from the rates of its own plan, at the pose that is measured."""
-        now = replace(self._plan.get(tick - 1, Motion(pose)), pose=pose)
+    def _rows(self, acting: int, pose: Pose) -> Actions:
+        """Goes on from the rates of its own plan in the row that acts, at the measured pose."""
+        now = replace(self._plan.get(acting, Motion(pose)), pose=pose)
         rows = np.zeros((self._horizon, 2), dtype=np.float32)
         self._plan = {}
         for row in range(self._horizon):
             now = self._next(now)
-            self._plan[tick + row] = now
+            self._plan[row] = now
             rows[row] = now.ahead / self._scale[0], now.left / self._scale[1]
         return rows
 

@@ -89,7 +89,8 @@ class JointReachPolicy:
 
     def reset(self) -> None:
         """Forget the plan: the next observation is where the way begins."""
-        self._plan: dict[int, tuple[FloatArray, FloatArray]] = {}
+        self._plan: dict[int, tuple[FloatArray, FloatArray]] = {}  # by row of the newest answer
+        self._plan_tick = 0  # of that answer
 
     def infer(self, observation: Observation) -> Actions | Done:
         """One chunk, shape ``[horizon, dim]``, from a state that begins with the joints.
@@ -110,15 +111,16 @@ class JointReachPolicy:
             return Done(f"every joint is within {done_rad:g} rad of the target")
         if any(part.hold for part in observation.executed.values()):
             self._plan = {}
-        at, step = self._plan.get(observation.tick - 1, (joints, np.zeros(self._joints)))
+        acting = (observation.tick - 1 - self._plan_tick) // observation.periods
+        at, step = self._plan.get(acting, (joints, np.zeros(self._joints)))
         if np.any(np.abs(at - joints) > LOST_RAD):
             at, step = joints, np.zeros(self._joints)
         rows = np.tile(np.array([*self._target, *self._tail], np.float32), (self._horizon, 1))
-        self._plan = {}
+        self._plan, self._plan_tick = {}, observation.tick
         for row in range(self._horizon):
             step = self._next_step(at, step)
             at = at + step
-            self._plan[observation.tick + row] = (at, step)
+            self._plan[row] = (at, step)
             rows[row, : self._joints] = at
         return rows
 

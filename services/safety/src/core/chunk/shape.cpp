@@ -84,6 +84,10 @@ Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionCh
                          "a joint of this part", joint);
     commanded[joint] = true;
   }
+  const BaseLimits& base = limits.base;
+  if (base.present && base.against_yaw && commanded[base.joints[0]] != commanded[base.joints[1]])
+    return broken_rule(code::addressing, "active",
+                       "both slides of a base whose commands turn against its yaw, or neither");
   for (std::size_t row = 0; row < chunk.horizon; ++row)
     for (std::size_t joint = 0; joint < limits.joints.size(); ++joint) {
       const double value = action.values[row * limits.joints.size() + joint];

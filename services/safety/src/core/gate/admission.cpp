@@ -5,6 +5,7 @@
 
 #include "core/gate/limit_overrides.hpp"
 #include "core/wire/phrase.hpp"
+#include "fairlead_safety/mode_blocks.hpp"
 
 namespace fairlead {
 namespace {
@@ -82,6 +83,21 @@ Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim&
   return {};
 }
 
+// A composite switch says from where a tool goes on: turned by somebody else, it would change
+// motions that are judged already.
+Objection check_switches(const Limits& limits, const ClaimLimits& claim) {
+  for (const std::size_t part : claim.parts) {
+    if (!limits.parts[part].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode)))
+      continue;
+    for (std::size_t other = 0; other < limits.parts.size(); ++other)
+      if (moves_tool(limits.parts[other].modes) && !claim.parts.contains(other))
+        return {phrase("parts: expected ", limits.parts[other].name, " with ",
+                       limits.parts[part].name, ", the switch of its motion"),
+                {}};
+  }
+  return {};
+}
+
 Objection take_overrides(const Limits& limits, const Claim& request, ClaimLimits& claim) {
   for (const LimitOverride& wanted : request.limits) {
     const std::size_t part = find_part(limits, wanted.part);
@@ -110,6 +126,7 @@ Objection admit_claim(const Limits& limits, const ClaimTable& table, const Claim
   if (objection.none()) objection = check_budget(limits, request);
   place.limits.parts.clear();
   if (objection.none()) objection = take_parts(limits, table, request, place.limits);
+  if (objection.none()) objection = check_switches(limits, place.limits);
   if (objection.none()) objection = take_overrides(limits, request, place.limits);
   if (!objection.none()) return objection;
   place.limits.horizon_max = request.horizon_max;

@@ -144,6 +144,7 @@ void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
                                   ? travel_speed(limits_, i, state_.positions[i],
                                                  message.positions[i], message.tick - state_.tick)
                                   : 0.0;
+  behind_lost_ = message.tick - state_.tick > 1;
   episode_tick_ = message.episode_tick;
   arrival_ns_ = now_ns;
   arrivals_[next_arrival_++ % arrivals_.size()] = {message.tick, now_ns};
@@ -157,6 +158,10 @@ void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
     state_.efforts[i] = message.efforts[i];
   }
   state_.acted = message.acted;
+}
+
+void HalLink::note_repeat() {
+  if (behind_lost_) state_.travel_speeds = {};
 }
 
 }  // namespace fairlead

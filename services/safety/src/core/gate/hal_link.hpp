@@ -50,6 +50,10 @@ class HalLink {
   /// Whether a tick beyond that follows from the last one refused for it: then the HAL's count is
   /// what it says, and the states taken before were the odd ones. Remembers the tick otherwise.
   bool confirms_leap(std::uint64_t tick, std::uint64_t now_ns);
+  /// The newest tick's state came again: in lockstep the world stands. Positions behind a lost
+  /// state tell how fast a joint was in between, and no later state would tell that it stands: from
+  /// then on velocities decide, as in a first state.
+  void note_repeat();
   /// A valid state was heard, be it a repeat.
   void note_heard(std::uint64_t now_ns) { heard_ns_ = now_ns; }
 
@@ -97,6 +101,7 @@ class HalLink {
   std::uint64_t rival_heard_ns_ = 0;  // its newest valid state, 0: none
   MeasuredState state_;
   bool has_state_ = false;
+  bool behind_lost_ = false;        // that state: the one of the tick before was not heard
   std::uint64_t episode_tick_ = 0;  // of that state
   std::uint64_t arrival_ns_ = 0;
   std::uint64_t heard_ns_ = 0;

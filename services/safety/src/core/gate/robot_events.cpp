@@ -114,10 +114,12 @@ void RobotEvents::on_joint_state(const Event& event) {
   machine_.note_good_state();
   outbox_.lease_due = true;
   hal_.note_heard(receipt_of(event));
-  if (repeats)
-    repeat_verdicts();  // a repeat: the world waits
-  else
+  if (repeats) {
+    hal_.note_repeat();
+    repeat_verdicts();  // the world waits
+  } else {
     on_new_tick(receipt_of(event));
+  }
   // Of a latch: one state at standstill may be a motion that turns around.
   if (!at_standstill(limits_, hal_.state())) machine_.note_bad_state();
 }

@@ -68,6 +68,8 @@ Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBe
   Switch from = Switch::none;
   if (acted.action != nullptr)
     from = switch_of(acted[0]);
+  else if (before.chunk != nullptr)
+    from = Switch::negative;  // left out of the row that acts, it is down
   else if (before.memories != nullptr)
     from = (*before.memories)[view.now.action->part].composite;
   if (from == Switch::none || from == switch_of(view.now[0])) return {};

@@ -140,7 +140,7 @@ std::string_view fault_name(FrameFault fault) {
     case FrameFault::version:
       return "another version";
     case FrameFault::capacity:
-      return "too many elements";
+      return "too long a name or list";
     case FrameFault::text:
       return "not UTF-8, or a control character in a name";
     case FrameFault::trailing:
