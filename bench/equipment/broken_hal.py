@@ -76,7 +76,7 @@ class BrokenBackend(KinematicBackend):
 
     def _maybe_old(self, found: Measurement) -> Measurement:
         now_s = time.monotonic()
-        if now_s - self._read_s > PAUSE_S:
+        if now_s - self._read_s > PAUSE_S and len(self._past) == OLD_TICKS:
             self._old = OLD_TICKS
         self._read_s = now_s
         if self._old:

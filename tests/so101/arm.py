@@ -65,6 +65,8 @@ def told(*positions: float) -> dict[str, PartCommand]:
 
 
 def ticks(hal: So101Backend, count: int) -> None:
+    """So many, up to when the servos have heard their last goals: nothing answers a write."""
     for _ in range(count):
         hal.read()
         hal.apply(told())
+    assert not hal._bus.silent()
