@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from bench.equipment.case import ActedRow, Before, Measured, PartRows
+from bench.equipment.case import ActedRow, Before, Chunk, Measured, PartRows
 from tests.differential.fault import Fault, above
 from tests.differential.gate_file import MODES, GateFile
 
@@ -14,6 +14,8 @@ STILL = "a part changes its mode or frame at standstill only"
 UNMEASURED = STILL + ", after a tick without a row for it"
 TURN = "standstill, to turn the composite switch"
 TURN_UNMEASURED = "standstill after a tick without a row, to turn the composite switch"
+LEFT_OUT = "composite left out"
+COMPOSITE = MODES.index("composite_mode")
 TURN_LATER = "the first row of a chunk and standstill, to turn the composite switch"
 
 
@@ -36,6 +38,24 @@ def change_faults(
         yield from _other_mode(file, measured, acted, rows, row)
     elif _turns(file, rows, float(acted.values[0]), float(rows.values[row][0])):
         yield from _turn(file, measured, acted, rows, row)
+
+
+def left_out_faults(
+    file: GateFile, measured: Measured, before: Before, chunk: Chunk, row: int
+) -> Iterator[Fault]:
+    """What the first row may not leave out: "where a row leaves the switch out, it is down"."""
+    told = {rows.part for rows in chunk.parts}
+    for index, part in enumerate(file.parts):
+        block = part.modes.get(COMPOSITE)
+        acted = before.get(index)
+        if index in told or block is None or block["switching"] == "anywhere" or acted is None:
+            continue
+        if float(acted.values[0]) < 0.0:
+            continue
+        if acted.is_measured:
+            yield from moving(file, measured, range(len(file.parts)), (row, part.name), TURN)
+        else:
+            yield Fault(25, row, part.name, LEFT_OUT, -1.0, 0.0, 0.0, TURN_UNMEASURED)
 
 
 def _other_mode(

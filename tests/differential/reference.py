@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from bench.equipment.case import Before, Chunk, Measured, Pacing
 from fairlead.messages import Outcome
 from tests.differential.absolute import absolute_faults, blocked_part
+from tests.differential.changes import left_out_faults
 from tests.differential.fault import Fault, above
 from tests.differential.gate_file import GateFile
 from tests.differential.shape import shape_fault
@@ -108,6 +109,8 @@ def row_fault(
     for rows in chunk.parts:
         for fault in step_faults(file, measured, before, rows, row, first):
             return fault
+    if row == first:
+        return next(left_out_faults(file, measured, before, chunk, row), None)
     return None
 
 

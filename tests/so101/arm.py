@@ -65,8 +65,12 @@ def told(*positions: float) -> dict[str, PartCommand]:
 
 
 def ticks(hal: So101Backend, count: int) -> None:
-    """So many, up to when the servos have heard their last goals: nothing answers a write."""
     for _ in range(count):
         hal.read()
         hal.apply(told())
+
+
+def heard_ticks(hal: So101Backend, count: int) -> None:
+    """And the servos have heard the last goals: nothing answers a write, but answers keep order."""
+    ticks(hal, count)
     assert not hal._bus.silent()

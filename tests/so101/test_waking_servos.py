@@ -9,7 +9,7 @@ import pytest
 from bench.equipment.emulated_arm import EmulatedArm
 from bench.equipment.live_robot import wait_for
 from fairlead.errors import FairleadError, HardwareError
-from tests.so101.arm import backend, ticks, told
+from tests.so101.arm import backend, heard_ticks, ticks, told
 
 pytestmark = pytest.mark.processes
 
@@ -25,7 +25,7 @@ def torques(arm: EmulatedArm) -> list[int]:
 
 def test_servos_that_started_anew_are_told_nothing_any_more(sound: EmulatedArm, file: Path) -> None:
     with backend(sound.port, file) as hal:
-        ticks(hal, 3)
+        heard_ticks(hal, 3)
         sound.order("dip")
         with pytest.raises(HardwareError, match="no torque: brown-out or reset"):
             hal.read()
@@ -38,7 +38,7 @@ def test_servos_that_started_anew_are_told_nothing_any_more(sound: EmulatedArm, 
 def test_a_measurement_is_good_for_one_write(sound: EmulatedArm, file: Path) -> None:
     """After a fault nobody measures: an arm that is switched off and on may not wake."""
     with backend(sound.port, file) as hal:
-        ticks(hal, 3)
+        heard_ticks(hal, 3)
         sound.order("dip")
         with pytest.raises(HardwareError, match="not seen"):
             hal.apply({})
@@ -48,7 +48,7 @@ def test_a_measurement_is_good_for_one_write(sound: EmulatedArm, file: Path) -> 
 def test_a_tick_that_measured_nothing_tells_nothing(sound: EmulatedArm, file: Path) -> None:
     """What starts anew between a lost measurement and the tick's goals would move unlimited."""
     with backend(sound.port, file) as hal:
-        ticks(hal, 3)
+        heard_ticks(hal, 3)
         sound.order("lose 1")
         hal.read()
         sound.order("dip")

@@ -11,6 +11,10 @@ from fairlead_hal_sim.hal_options import HalSimOptions
 
 def _equip(robot: RobotManifest, profile: str, options: HalSimOptions) -> Equipment:
     # Imported late: robosuite takes seconds, and options that do not fit are refused without it.
+    from fairlead.hal.setpoints import check_command_frame
+
+    # robosuite's base controller turns what it is told against the measured yaw.
+    check_command_frame(robot, profile, "hal_sim", "against_yaw")
     from fairlead_hal_sim.environment import leave_out_observations
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
     from fairlead_hal_sim.robosuite_trace import RobosuiteTrace

@@ -207,12 +207,12 @@ MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
 """The modes this HAL can follow."""
 
 
-def check_command_frame(robot: RobotManifest, profile: str, who: str) -> None:
-    """Raises `ConfigError` for a base that a simulator's controller tells against its yaw."""
+def check_command_frame(robot: RobotManifest, profile: str, who: str, frame: str = "odom") -> None:
+    """Raises `ConfigError` for a profile whose base is told otherwise than this HAL tells it."""
     base = robot.profile(profile).base
-    if base is not None and base.command_frame != "odom":
+    if base is not None and base.command_frame != frame:
         what = f"{who}: {robot.id}: safety.{profile}.base.command_frame"
-        raise ConfigError(expected(what, "odom", base.command_frame))
+        raise ConfigError(expected(what, frame, base.command_frame))
 
 
 def _check_part(part: Part, hal: str) -> None:

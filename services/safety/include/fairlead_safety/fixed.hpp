@@ -132,9 +132,10 @@ class TickWindow {
       if (now - ticks_[i] < window) ++found;
     return found;
   }
-  /// A new session counts its ticks from 1: what happened before happened at its tick 0.
-  void rebase() {
-    for (std::uint64_t& tick : ticks_) tick = 0;
+  /// A new session counts its ticks from 1, as if its tick 0 were the last of the one before: what
+  /// happened keeps its age. Ticks before 0 wrap around, and so does `count`.
+  void rebase(std::uint64_t last_tick) {
+    for (std::uint64_t& tick : ticks_) tick -= last_tick;
   }
 
  private:

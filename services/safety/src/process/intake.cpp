@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "fairlead_safety/codec.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 
@@ -18,11 +19,12 @@ void Intake::expect(const std::string& source, std::uint64_t session, std::uint6
                     std::uint64_t claim_id) {
   const std::lock_guard lock(mutex_);
   std::erase_if(claims_, [epoch](const auto& item) { return item.second.epoch != epoch; });
-  Claimed claimed;
+  for (auto& [other, claimed] : claims_) std::erase(claimed.claim_ids, claim_id);  // handed over
+  Claimed& claimed = claims_[source];
   claimed.session = session;
   claimed.epoch = epoch;
-  claimed.claim_id = claim_id;
-  claims_[source] = std::move(claimed);
+  if (claimed.claim_ids.size() == max_claims) claimed.claim_ids.erase(claimed.claim_ids.begin());
+  claimed.claim_ids.push_back(claim_id);
 }
 
 void Intake::forget(const std::string& source) {
@@ -34,8 +36,8 @@ Intake::Claimed* Intake::claim_of(Bytes frame) {
   ChunkHead head;
   if (!read_chunk_head(frame, head)) return nullptr;
   for (auto& [source, claim] : claims_)
-    if (claim.claim_id == head.claim_id && claim.epoch == head.epoch &&
-        claim.session == head.session)
+    if (claim.epoch == head.epoch && claim.session == head.session &&
+        std::ranges::find(claim.claim_ids, head.claim_id) != claim.claim_ids.end())
       return &claim;
   return nullptr;
 }

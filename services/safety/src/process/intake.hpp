@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "fairlead_safety/fixed.hpp"
 
@@ -30,8 +31,9 @@ class Budget {
   std::uint64_t filled_ns_ = 0;
 };
 
-/// A frame is its claim's by the session, epoch and claim id that it begins with. Each claim has a
-/// budget of its own, and a smaller one for copies of its newest frame; all else shares one.
+/// A frame is a claim's by the session, epoch and claim id that it begins with. The claims of a
+/// source have a budget of their own, and a smaller one for copies of its newest frame; all else
+/// shares one.
 /// Any thread may call.
 class Intake {
  public:
@@ -46,7 +48,7 @@ class Intake {
   struct LeftOut {
     std::uint64_t strangers = 0;
     std::uint64_t copies = 0;
-    std::uint64_t excess = 0;  // of a claim
+    std::uint64_t excess = 0;  // of a source with claims
     [[nodiscard]] std::uint64_t sum() const { return strangers + copies + excess; }
   };
   /// Since it was asked last.
@@ -54,8 +56,9 @@ class Intake {
 
  private:
   struct Claimed {
-    std::uint64_t session = 0, epoch = 0, claim_id = 0;
-    std::string newest;  // frame admitted
+    std::uint64_t session = 0, epoch = 0;
+    std::vector<std::uint64_t> claim_ids;  // the newest last
+    std::string newest;                    // frame admitted
     Budget frames{1000.0, 200.0};
     Budget copies{50.0, 20.0};
   };

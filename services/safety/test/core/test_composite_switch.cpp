@@ -128,6 +128,41 @@ TEST_CASE("G025 left out of the row that acts, the switch is down, whatever it w
   CHECK(robot.of(switched({-1.0}), before).evidence.code != 25);
 }
 
+TEST_CASE("G025 a switch that is up is not turned down by leaving it out, but at standstill") {
+  Judged robot;
+  const ChunkBuilder without = ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.01, 0.01});
+  const auto after = [&](double value, bool measured) {
+    const ChunkBuilder previous = switched({value});
+    return robot.of(without, RowBefore{&previous.chunk, 0, measured, &robot.memories}).evidence;
+  };
+  CHECK(after(1.0, true).code == 0);
+  CHECK(after(-1.0, false).code == 0);
+  const Evidence left_out = after(0.0, false);
+  CHECK(left_out.code == 25);
+  CHECK(left_out.row == 0);
+  CHECK(left_out.part == "composite");
+  CHECK(left_out.axis == "composite left out");
+  CHECK(left_out.value == -1.0);
+  robot.state.velocities[arm_2] = 0.25;
+  CHECK(after(1.0, true).axis == "arm_2");
+  CHECK(after(-1.0, true).code == 0);
+  robot.memories[composite].composite = Switch::positive;  // and a tick without a row
+  const RowBefore held{nullptr, 0, true, &robot.memories};
+  CHECK(robot.of(without, held).evidence.code == 25);
+  robot.memories[composite].composite = Switch::unknown;
+  CHECK(robot.of(without, held).evidence.code == 25);
+  robot.memories[composite].composite = Switch::none;
+  CHECK(robot.of(without, held).evidence.code == 0);
+  robot.memories[composite].composite = Switch::positive;
+  robot.claim.modes[composite].composite_mode.switches_anywhere = true;
+  CHECK(robot.of(without, held).evidence.code == 0);
+  robot.claim = whole_robot(robot.limits);
+  robot.claim.parts.clear();
+  (void)robot.claim.parts.push_back(gripper);  // whose switch is not this claim's
+  robot.state.velocities[gripper_joint] = 0.25;
+  CHECK(robot.of(without, held).evidence.code == 0);
+}
+
 TEST_CASE("G025 the row that acted last is remembered over holds, claims and standstill") {
   for (const bool lockstep : {true, false}) {
     GateRig rig(lockstep);

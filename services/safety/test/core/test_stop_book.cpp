@@ -26,18 +26,21 @@ TEST_CASE("a window counts the events of its own ticks, the present one among th
   CHECK(window.count(14, 100) == 4);
 }
 
-TEST_CASE("a window rebased counts its events as of tick 0") {
+TEST_CASE("a window rebased counts its events by their age when the session ended") {
   TickWindow<4> window;
   window.add(900);
   window.add(901);
-  window.rebase();
-  CHECK(window.count(3, 4) == 2);
-  CHECK(window.count(4, 4) == 0);
+  window.rebase(902);
+  CHECK(window.count(1, 4) == 2);
+  CHECK(window.count(2, 4) == 1);
+  CHECK(window.count(3, 4) == 0);
   window.add(3);
-  CHECK(window.count(3, 4) == 3);
-  for (std::uint64_t i = 0; i < 3; ++i) window.add(6);
-  CHECK(window.count(6, 4) == 4);
-  CHECK(window.count(6, 1) == 3);
+  CHECK(window.count(3, 5) == 2);
+  window.rebase(3);  // nor does another session make them any younger
+  CHECK(window.count(1, 5) == 1);
+  CHECK(window.count(1, 6) == 2);
+  for (std::uint64_t i = 0; i < 4; ++i) window.add(6);
+  CHECK(window.count(6, 1) == 4);
 }
 
 TEST_CASE("a stop is held once, and cleared by its own id only") {
@@ -84,12 +87,12 @@ TEST_CASE("a stop whose reset is forgotten is a stop like any other; the others'
   CHECK(book.is_late_copy(8, s));
 }
 
-TEST_CASE("the gate's own stops are counted within the window, across a new session as of tick 0") {
+TEST_CASE("the gate's own stops are counted within the window, across sessions of the HAL") {
   StopBook book;
   CHECK(book.note_raised(1000, 100) == 1);
   CHECK(book.note_raised(1099, 100) == 2);
   CHECK(book.note_raised(1100, 100) == 2);
-  book.begin_session();
-  CHECK(book.note_raised(50, 100) == 4);
-  CHECK(book.note_raised(100, 100) == 2);
+  book.begin_session(1120);
+  CHECK(book.note_raised(50, 100) == 3);  // 71, 70 and no ticks ago
+  CHECK(book.note_raised(80, 100) == 2);
 }

@@ -76,15 +76,33 @@ TEST_CASE("intake: a claim gets a thousand chunks a second") {
   CHECK(admitted(intake, 1000, 2 * second, next) == 200);
 }
 
-TEST_CASE("intake: a source's next claim takes the place of its last, an arming that of all") {
+TEST_CASE("intake: the claims of one source have their turns, up to as many as may live") {
   Intake intake;
-  intake.expect("runner", 0xABCD, 7, 5);
-  intake.expect("runner", 0xABCD, 7, 6);
-  intake.expect("other", 0xABCD, 7, 8);
+  for (std::uint64_t id = 1; id <= max_claims + 1; ++id) intake.expect("runner", 0xABCD, 7, id);
   (void)admitted(intake, 200, second, [](int) { return std::vector<std::uint8_t>{}; });
-  CHECK_FALSE(intake.admits(chunk_of(5), second));
-  CHECK(intake.admits(chunk_of(6), second));
-  CHECK(intake.admits(chunk_of(8), second));
+  CHECK_FALSE(intake.admits(chunk_of(1), second));
+  for (std::uint64_t id = 2; id <= max_claims + 1; ++id) CHECK(intake.admits(chunk_of(id), second));
+}
+
+TEST_CASE("intake: another claim brings its source no budget beside the one it has") {
+  Intake intake;
+  const auto next = [&](std::uint64_t id) {
+    intake.expect("runner", 0xABCD, 7, id);
+    return admitted(intake, 300, second,
+                    [&](int i) { return chunk_of(id, 1 + static_cast<std::uint64_t>(i)); });
+  };
+  CHECK(next(5) == 200);
+  CHECK(next(6) == 0);
+}
+
+TEST_CASE("intake: a claim that is handed over is the next source's; an arming ends all") {
+  Intake intake;
+  const auto next = [](int i) { return chunk_of(5, 1 + static_cast<std::uint64_t>(i)); };
+  intake.expect("runner", 0xABCD, 7, 5);
+  CHECK(admitted(intake, 300, second, next) == 200);
+  intake.expect("other", 0xABCD, 7, 5);
+  CHECK(admitted(intake, 300, second, next) == 200);
   intake.expect("runner", 0xABCD, 9, 10);
-  CHECK_FALSE(intake.admits(chunk_of(8, 2), second));
+  (void)admitted(intake, 200, second, [](int) { return std::vector<std::uint8_t>{}; });
+  CHECK_FALSE(intake.admits(chunk_of(5, 2), second));
 }

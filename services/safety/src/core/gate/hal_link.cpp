@@ -39,6 +39,7 @@ HalLink::Facts HalLink::facts_of(const HalStatus& status) const {
 
 void HalLink::follow(const Facts& facts) {
   if (facts_.session != 0) left_[next_left_++ % left_.size()] = facts_.session;
+  ended_tick_ = tick();
   facts_ = facts;
   rival_ = Facts{};
   rival_heard_ns_ = 0;

@@ -63,6 +63,8 @@ class HalLink {
   [[nodiscard]] bool has_state() const { return has_state_; }
   [[nodiscard]] const MeasuredState& state() const { return state_; }
   [[nodiscard]] std::uint64_t tick() const { return has_state_ ? state_.tick : 0; }
+  /// The newest tick of the session followed before this one; 0: none of it was seen.
+  [[nodiscard]] std::uint64_t ended_tick() const { return ended_tick_; }
   /// How many ticks of realtime a lease grants beyond the state that it is of.
   [[nodiscard]] static std::uint64_t granted_ticks(std::uint64_t period_ns);
   /// The last tick that a lease lets rows act in: the gate's word is good until then.
@@ -101,6 +103,7 @@ class HalLink {
   std::uint64_t rival_heard_ns_ = 0;  // its newest valid state, 0: none
   MeasuredState state_;
   bool has_state_ = false;
+  std::uint64_t ended_tick_ = 0;
   bool behind_lost_ = false;        // that state: the one of the tick before was not heard
   std::uint64_t episode_tick_ = 0;  // of that state
   std::uint64_t arrival_ns_ = 0;

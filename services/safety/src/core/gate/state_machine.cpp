@@ -205,7 +205,7 @@ void StateMachine::end_claims(std::string_view reason) {
 }
 
 void StateMachine::begin_session() {
-  stops_.begin_session();
+  stops_.begin_session(hal_.ended_tick());
   good_states_ = 0;
   stopping_.begin_session();
   history_.begin_session();

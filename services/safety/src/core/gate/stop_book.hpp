@@ -56,7 +56,8 @@ class StopBook {
     raised_.add(tick);
     return raised_.count(tick, window);
   }
-  void begin_session() { raised_.rebase(); }
+  /// `last_tick`: of the session that has ended.
+  void begin_session(std::uint64_t last_tick) { raised_.rebase(last_tick); }
 
   [[nodiscard]] const Ids& held() const { return held_; }
 

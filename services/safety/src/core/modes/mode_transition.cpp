@@ -23,9 +23,9 @@ Evidence check_listed(const RowView& view, std::uint16_t acted_modes) {
   return {};
 }
 
-bool turns_anywhere(const RowView& view) {
-  return view.mode() != static_cast<std::uint8_t>(Mode::composite_mode) ||
-         view.modes.composite_mode.switches_anywhere;
+bool turns_anywhere(const ModeLimits& modes, std::uint8_t mode) {
+  return mode != static_cast<std::uint8_t>(Mode::composite_mode) ||
+         modes.composite_mode.switches_anywhere;
 }
 
 // In realtime the newest state was measured before the row of its own tick. Without a row that acts
@@ -36,6 +36,27 @@ bool rests(const ClaimLimits& claim, const RowBefore& before) {
   for (const std::size_t part : claim.parts)
     if ((*before.memories)[part].kind != PartMemory::Kind::none) return false;
   return true;
+}
+
+// What a switch turns from. `acted`: what the row that acts before tells it.
+Switch switched_before(const RowBefore& before, std::size_t part, const Setpoint& acted) {
+  if (acted.action != nullptr) return switch_of(acted[0]);
+  if (before.chunk != nullptr) return Switch::negative;  // left out of that row, it is down
+  return before.memories != nullptr ? (*before.memories)[part].composite : Switch::none;
+}
+
+Evidence check_turn(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
+                    const RowBefore& before, std::string_view axis, double value) {
+  if (!rests(claim, before))
+    return broken_rule(code::change, axis,
+                       "standstill after a tick without a row, to turn the composite switch",
+                       value);
+  for (const std::size_t part : claim.parts) {
+    const Evidence still =
+        check_still(code::change, limits, state, limits.parts[part], switch_rule);
+    if (!still.ok()) return still;
+  }
+  return {};
 }
 
 }  // namespace
@@ -64,29 +85,26 @@ Evidence check_change(const RowView& view, const RowBefore& before, const Action
 
 Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,
                       const Setpoint& acted) {
-  if (turns_anywhere(view)) return {};
-  Switch from = Switch::none;
-  if (acted.action != nullptr)
-    from = switch_of(acted[0]);
-  else if (before.chunk != nullptr)
-    from = Switch::negative;  // left out of the row that acts, it is down
-  else if (before.memories != nullptr)
-    from = (*before.memories)[view.now.action->part].composite;
+  if (turns_anywhere(view.modes, view.mode())) return {};
+  const Switch from = switched_before(before, view.now.action->part, acted);
   if (from == Switch::none || from == switch_of(view.now[0])) return {};
-  if (!rests(claim, before))
-    return broken_rule(code::change, "composite",
-                       "standstill after a tick without a row, to turn the composite switch",
-                       view.now[0]);
-  for (const std::size_t part : claim.parts) {
-    const Evidence still =
-        check_still(code::change, view.limits, view.state, view.limits.parts[part], switch_rule);
-    if (!still.ok()) return still;
-  }
-  return {};
+  return check_turn(view.limits, view.state, claim, before, "composite", view.now[0]);
+}
+
+Evidence check_left_out(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
+                        const RowBefore& before, std::size_t part) {
+  constexpr auto mode = static_cast<std::uint8_t>(Mode::composite_mode);
+  if (!limits.parts[part].modes.supports(mode) || turns_anywhere(claim.modes[part], mode))
+    return {};
+  const Switch from = switched_before(before, part, told_to(part, before, limits));
+  if (from == Switch::none || from == Switch::negative) return {};
+  return check_turn(limits, state, claim, before, "composite left out", -1.0);
 }
 
 Evidence check_later_switch(const RowView& view) {
-  if (turns_anywhere(view) || switch_of(view.previous[0]) == switch_of(view.now[0])) return {};
+  if (turns_anywhere(view.modes, view.mode()) ||
+      switch_of(view.previous[0]) == switch_of(view.now[0]))
+    return {};
   return broken_rule(code::change, "composite",
                      "the first row of a chunk and standstill, to turn the composite switch",
                      view.now[0], view.previous[0]);

@@ -185,6 +185,17 @@ Evidence RowLimitCheck::check(std::size_t row) const {
         row == first_row_ ? check_start(view, claim_, before_) : check_step(view);
     if (!evidence.ok()) return at(evidence, number, limits_.parts[action.part].name);
   }
+  return row == first_row_ ? check_left_out_parts() : Evidence{};
+}
+
+Evidence RowLimitCheck::check_left_out_parts() const {
+  const RowBefore first{&chunk_, first_row_};
+  for (const std::size_t part : claim_.parts) {
+    if (told_to(part, first, limits_).action != nullptr) continue;
+    const Evidence evidence = check_left_out(limits_, state_, claim_, before_, part);
+    if (!evidence.ok())
+      return at(evidence, static_cast<std::int64_t>(first_row_), limits_.parts[part].name);
+  }
   return {};
 }
 

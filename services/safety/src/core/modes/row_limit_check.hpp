@@ -91,6 +91,7 @@ class RowLimitCheck {
 
  private:
   [[nodiscard]] RowView view_of(const ActionPart& action, std::size_t row) const;
+  [[nodiscard]] Evidence check_left_out_parts() const;
 
   const Limits& limits_;
   const ClaimLimits& claim_;
@@ -120,6 +121,10 @@ inline bool is_alike(const ActionPart& one, const ActionPart& other) {
 /// `acted`: the row of the same part and mode that acts before, of no action if there is none.
 Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,
                       const Setpoint& acted);
+
+/// A part of the claim that the first live row says nothing to: a switch left out is down.
+Evidence check_left_out(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
+                        const RowBefore& before, std::size_t part);
 
 /// A later row does not turn: nobody has measured yet that the robot stands still there.
 Evidence check_later_switch(const RowView& view);
