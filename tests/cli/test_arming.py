@@ -243,8 +243,8 @@ def test_it_does_not_disarm_what_is_no_longer_armed(
 def test_hardware_is_not_armed_without_a_yes(
     gate: ScriptedGate, clients: dict[str, RobotClient], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def no(text: str, abort: bool) -> None:
-        assert text == "The robot is real and will move. Arm it?" and abort
+    def no(text: str, abort: bool, err: bool) -> None:
+        assert text == "The robot is real and will move. Arm it?" and abort and err
         raise typer.Abort
 
     monkeypatch.setattr("typer.confirm", no)

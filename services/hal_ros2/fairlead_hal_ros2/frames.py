@@ -7,22 +7,30 @@ from typing import Any
 
 from fairlead.errors import MessageError, expected
 from fairlead.hal.backend import FramePose
+from fairlead.ros2.messages import stamp_ns_of
+from fairlead_hal_ros2.joint_states import Lateness
 from fairlead_hal_ros2.poses import frame_pose
 
 
 class Frames:
     """The newest pose of each wanted frame, since it was last asked for.
 
+    A pose is dropped whose stamp is not newer than that of the one before, or that was under way
+    for too long: it is no measurement of now.
+
     Args:
         parents: of each wanted frame, as the ROS 2 system has it.
+        stale_after_s: how long one may be under way, beyond the quickest.
     """
 
-    def __init__(self, parents: Mapping[str, str]) -> None:
-        self._parents = parents
+    def __init__(self, parents: Mapping[str, str], stale_after_s: float) -> None:
+        self._parents, self._stale_after_s = parents, stale_after_s
         self._new: dict[str, FramePose] = {}  # single steps only, so without a lock
+        self._stamps_ns: dict[str, int] = {}
+        self._lateness: dict[str, Lateness] = {}
 
-    def take(self, message: Any) -> None:
-        """Keep the wanted ones of a message.
+    def take(self, message: Any, now_s: float) -> None:
+        """Keep the wanted ones of a message that came now.
 
         Raises:
             MessageError: a wanted one has another parent, or numbers that are no pose.
@@ -34,6 +42,13 @@ class Frames:
             if parent != self._parents[child]:
                 what = f"parent {self._parents[child]!r}"
                 raise MessageError(expected(f"tf: {child}", what, repr(parent)))
+            stamp_ns = stamp_ns_of(stamped.header)
+            if 0 < stamp_ns <= self._stamps_ns.get(child, 0):
+                continue
+            self._stamps_ns[child] = stamp_ns
+            late_s = self._lateness.setdefault(child, Lateness()).of(stamp_ns, now_s)
+            if late_s > self._stale_after_s:
+                continue
             pose = stamped.transform
             self._new[child] = frame_pose(parent, child, pose.translation, pose.rotation)
 

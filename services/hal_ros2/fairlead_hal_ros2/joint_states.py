@@ -133,13 +133,14 @@ class JointSource:
         return ""
 
     def measure(self, readings: Mapping[str, Reading]) -> tuple[float, float, float]:
-        """Position, velocity and effort; of several joints the effort is the mean."""
+        """Position, velocity and effort: what of the joints' efforts moves along `shares`."""
         pairs = [(factor, readings[name]) for name, factor in self.factors.items()]
-        effort = sum(f * one.effort for f, one in pairs) / len(pairs) if self.has_effort else 0.0
+        whole = sum(factor**2 for factor in self.factors.values())
+        told = sum(factor * one.effort for factor, one in pairs) if self.has_effort else 0.0
         return (
             sum(factor * one.position for factor, one in pairs),
             sum(factor * one.velocity for factor, one in pairs),
-            effort,
+            told / whole,
         )
 
     def shares(self, position: float) -> list[float]:

@@ -35,13 +35,17 @@ def yaw_axis(robot: RobotManifest, profile: str) -> FloatArray:
     return np.zeros(2) if base is None else np.array(base.yaw_axis_m)
 
 
-def check_fit(robot: RobotManifest, options: Ros2Options) -> None:
+def check_fit(robot: RobotManifest, profile: str, options: Ros2Options) -> None:
     """Compare names and modes.
 
     Raises:
         ConfigError: with every option that does not fit.
     """
     problems = list(_problems(robot, options))
+    timeout_s = robot.profile(profile).protocol.state_timeout_ms / 1000.0
+    if profile == "hardware" and options.stale_after_s > timeout_s:
+        what = f"at most the profile's state_timeout_ms, {timeout_s:g} s: after that the gate stops"
+        problems.append(expected("stale_after_s", what, options.stale_after_s))
     if problems:
         raise ConfigError(f"hal_ros2: {len(problems)} problem(s):\n  " + "\n  ".join(problems))
 

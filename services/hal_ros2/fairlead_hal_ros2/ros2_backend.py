@@ -12,6 +12,7 @@ from fairlead.errors import ConfigError, FairleadError, ServiceError, expected
 from fairlead.hal.backend import BackendDescription, FramePose, Measurement, PartCommand
 from fairlead.hal.described_part import describe_part
 from fairlead.hal.setpoints import Setpoints
+from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
 from fairlead.ros2.messages import JOINT_STATE, ODOMETRY, TF_MESSAGE, TWIST
@@ -45,14 +46,21 @@ class Ros2Backend:
     """
 
     def __init__(self, robot: RobotManifest, profile: str, options: Ros2Options) -> None:
-        check_fit(robot, options)
+        check_fit(robot, profile, options)
         self._robot, self._profile, self._options = robot, profile, options
         self._base = set(robot.base_joints) if options.base else set()
         self._sources = [
             None if name in self._base else self._source(name)
             for name in robot.measured_joint_names
         ]
-        self._states, self._frames = JointStates(), Frames(options.frames)
+        self._turning = [
+            index
+            for index, joint in enumerate(robot.joints)
+            if joint.type == "continuous" and joint.name not in self._base
+        ]
+        self._turns = np.full(len(self._turning), np.nan)  # as measured in the tick before
+        self._states = JointStates()
+        self._frames = Frames(options.frames, options.stale_after_s)
         self._odometry = None
         if options.base:
             self._yaw_axis = yaw_axis(robot, profile)
@@ -86,7 +94,7 @@ class Ros2Backend:
                 options.base.odometry, ODOMETRY, lambda m: odometry.take(m, time.monotonic())
             )
         if options.frames:
-            node.subscribe(options.tf, TF_MESSAGE, self._frames.take)
+            node.subscribe(options.tf, TF_MESSAGE, lambda m: self._frames.take(m, time.monotonic()))
         node.subscribe(
             options.joint_states, JOINT_STATE, lambda m: self._states.take(m, time.monotonic())
         )
@@ -182,8 +190,22 @@ class Ros2Backend:
                 index = self._robot.joint_names.index(name)
                 others[index] = (float(position), float(velocity))
         self._pose = None if base is None else base.pose
-        self._measured = measurement(self._sources, self._states.newest(), others)
-        return self._measured
+        measured = measurement(self._sources, self._states.newest(), others)
+        self._check_turns(measured.positions)
+        self._measured = measured
+        return measured
+
+    def _check_turns(self, positions: FloatArray) -> None:
+        """Refuse a joint that is reported in another turn: a hold would lead it back by one."""
+        turns = positions[self._turning]
+        off = np.abs(turns - self._turns) > np.pi
+        if np.any(off):  # what was measured before stays, for the hold
+            joint = self._robot.joint_names[self._turning[int(np.argmax(off))]]
+            raise ServiceError(
+                f"hal_ros2: joint {joint}: reported a turn away from the tick before; its driver "
+                "has to count the turns of a continuous joint"
+            )
+        self._turns = turns
 
     def transforms(self) -> Sequence[FramePose]:
         """``odom`` to the base frame, and what came on `tf` of the frames wanted from there."""

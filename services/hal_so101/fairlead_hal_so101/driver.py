@@ -11,7 +11,8 @@ from fairlead_hal_so101.so101_backend import So101Backend
 
 def _equip(robot: RobotManifest, profile: str, options: So101Options) -> Equipment:
     calibration = load_calibration(options.calibration, robot)
-    return Equipment(So101Backend(robot, profile, options, calibration))
+    backend = So101Backend(robot, profile, options, calibration)
+    return Equipment(backend, frames=backend.frames())
 
 
 DRIVER = HalDriver(So101Options, _equip, realtime_only=True)

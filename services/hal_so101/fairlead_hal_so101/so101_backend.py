@@ -12,11 +12,13 @@ from fairlead.hal.backend import (
     BackendDescription,
     FramePose,
     Measurement,
+    NotCarriedOutError,
     PartCommand,
     TaskReading,
 )
 from fairlead.hal.described_part import describe_part
 from fairlead.hal.model_kinematics import robot_kinematics
+from fairlead.hal.mujoco_frames import MujocoFrames
 from fairlead.hal.setpoints import Setpoints
 from fairlead.hal.tool_motion import ToolMotion
 from fairlead.messages import FloatArray
@@ -64,6 +66,11 @@ class So101Backend:
         self, robot: RobotManifest, profile: str, options: So101Options, calibration: Calibration
     ) -> None:
         self._robot, self._options, self._servos = robot, options, calibration.servos
+        timeout_ms = robot.profile(profile).protocol.state_timeout_ms
+        if profile == "hardware" and options.lost_ticks * robot.tick_period_ns * 1e-6 > timeout_ms:
+            period_ms = robot.tick_period_ns * 1e-6
+            what = f"no more than state_timeout_ms, {timeout_ms} ms, at {period_ms:g} ms a tick"
+            raise ConfigError(expected("hal_so101: lost_ticks", what, options.lost_ticks))
         self._parts = tuple(describe_part(robot, part, profile) for part in robot.parts)
         file = calibration_path(options.calibration)
         self._bus = calibrated_bus(
@@ -76,7 +83,8 @@ class So101Backend:
         self._ever_lost = 0
         self._may_write = False
         try:
-            tools = ToolMotion(robot, profile, robot_kinematics(robot, "hal_so101"))
+            self._kinematics = robot_kinematics(robot, "hal_so101")
+            tools = ToolMotion(robot, profile, self._kinematics)
             self._setpoints = Setpoints(robot, tools, who="hal_so101", profile=profile)
             self._limits = self._limit_servos(profile)
             self._readings = self._first_readings()
@@ -141,12 +149,15 @@ class So101Backend:
         Raises:
             ConfigError: a servo is beyond a limit of the options or says a fault, or a goal is
                 outside the calibrated range: no goal has changed.
+            NotCarriedOutError: the bus has lost the measurement or the goals of this tick.
             HardwareError: the port is gone, or the servos were not seen since the last write.
         """
         if commands and self._health.complaint:
             raise ConfigError(f"hal_so101: {self._health.complaint}")
         if not self._may_write:
             if 0 < self._lost["measurement"] <= self._options.lost_ticks:
+                if commands:
+                    raise NotCarriedOutError("hal_so101: nothing was measured, so nothing is told")
                 return
             raise HardwareError("hal_so101: servos that were not seen are told nothing")
         before = self._setpoints.positions.copy()
@@ -160,7 +171,10 @@ class So101Backend:
         try:
             self._bus.write_all(GOAL_POSITION, 2, steps)
         except LostAnswerError as error:
+            self._setpoints.restart(before)
             self._note_loss("command", str(error))
+            if commands:
+                raise NotCarriedOutError(f"hal_so101: goals were not sent: {error}") from None
         else:
             self._lost["command"] = 0
 
@@ -175,6 +189,10 @@ class So101Backend:
     def snapshot(self) -> bytes:
         """Nothing to render from."""
         return b""
+
+    def frames(self) -> MujocoFrames:
+        """Where the model that cartesian modes go by has the robot's frames, as it stands."""
+        return self._kinematics.frames(self._positions())
 
     def close(self) -> None:
         """Torque off where the options say so."""

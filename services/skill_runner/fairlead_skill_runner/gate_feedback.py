@@ -70,7 +70,9 @@ class GateFeedback:
         """
         self._answers[tick] = _Answer(rows, horizon, np.zeros(len(rows), np.bool_))
         if len(self._answers) > MAX_ANSWERS:
-            del self._answers[min(self._answers)]
+            released = (asked for asked, one in self._answers.items() if one.first)
+            acting = max(released, default=0)  # its rows may act for long
+            del self._answers[min(asked for asked in self._answers if asked != acting)]
 
     def on_verdict(self, verdict: Verdict, answer_tick: int) -> None:
         """Remember which answer a verdict was on, and what it said."""

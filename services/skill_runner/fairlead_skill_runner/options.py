@@ -34,14 +34,18 @@ class ServerSpec(BaseModel):
         return {"address": data} if isinstance(data, str) else data
 
 
+_KEY_OPTIONS = ("api_key_env", "api_key_file")
+"""Of the manifest's server: another one gets no key that is not its own."""
+
+
 class RunnerOptions(BaseModel):
     """``options`` of a service that runs ``skill_runner``.
 
     skills: ids of the skills this runner offers; None: every skill made for its robot.
     trace: write ``trace.jsonl`` (state and raw actions of every policy call) per goal.
     policies: by skill id, a policy to run instead of the manifest's own.
-    servers: by skill id, where its policy server is, instead of the manifest's address; or that
-        and where the server's key is.
+    servers: by skill id, where its policy server is, instead of the manifest's address and key; or
+        that and where the server's key is.
     added_latency_ms: every answer of a policy comes so much later, to see what a slow one does;
         in a simulator only.
     """
@@ -84,7 +88,8 @@ class RunnerOptions(BaseModel):
         if server is None:
             return own
         told = server.model_dump(exclude_none=True)
-        return PolicySpec(backend=own.backend, options={**own.options, **told})
+        kept = {name: own.options[name] for name in own.options if name not in _KEY_OPTIONS}
+        return PolicySpec(backend=own.backend, options={**kept, **told})
 
     def check_profile(self, service: str, profile: str) -> None:
         """Raise ConfigError if something is asked for that is for a simulator only."""

@@ -55,6 +55,8 @@ def main() -> int:
             else:
                 message = encode(_answer(loaded, request))
         except FairleadError as error:
+            if error.__cause__ is not None:  # the policy's own file raised it
+                traceback.print_exc()
             message = encode(Raised.of(str(error)))
         except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
             traceback.print_exc()

@@ -110,6 +110,8 @@ class RunCore:
         blind = "" if self.setup.lockstep or not self.first_tick else self._inputs.blind(self.tick)
         if blind:
             return self._end(results.camera_lost(blind))
+        if not repeated and self.tick <= self._chunks.released_last:
+            self._progress_s = now_s  # released rows act
         if not repeated and not self.setup.lockstep:
             self._count_starved()
         again = self._chunks.due_again(self.tick, repeated)

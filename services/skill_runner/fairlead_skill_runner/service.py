@@ -162,8 +162,9 @@ class SkillRunner:
         A stop by nobody, as the gate's own, is seen in the leases (`BeforeClaim`).
         """
         self._stops += 1
-        if self._goal is not None and self._goal.executor is None:
-            self._goal.cancel(f"{stop.by}, who stopped the robot: {stop.reason}")
+        goal = self._goal
+        if goal is not None and goal.result is None and goal.executor is None:
+            goal.cancel(f"{stop.by}, who stopped the robot: {stop.reason}")
 
     # --- goals ---------------------------------------------------------------------
 

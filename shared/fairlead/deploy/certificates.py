@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from fairlead.deploy.credentials import access_dir, check_private
 from fairlead.deploy.hosts import ROUTER
@@ -135,9 +135,12 @@ def every_certificate(keys: Keys) -> list[Certificate]:
     return [read_certificate(file) for file in sorted(certificates_dir(keys).glob(f"*/*{SUFFIX}"))]
 
 
-def trusted_mark(keys: Keys, host: str) -> str:
-    """Of whom a host believes to be the router, the same on all hosts; "" if of nobody."""
-    file = certificates_dir(keys) / host / TRUSTED["connect"]
+def trusted_mark(keys: Keys, host: str, of: Literal["connect", "listen"] = "connect") -> str:
+    """Of whom a host believes to be the router, or the router lets in; "" if of nobody.
+
+    The former is the same on all hosts.
+    """
+    file = certificates_dir(keys) / host / TRUSTED[of]
     return hashlib.sha256(file.read_bytes()).hexdigest()[:12] if file.is_file() else ""
 
 

@@ -16,6 +16,7 @@ import os
 import secrets
 import shutil
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,12 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
     folder = access_dir(keys)
     file = folder / PASSWORDS
     try:
+        known = _read(file) if file.exists() else {}
+        if known.keys() >= set(names):  # also on a disk that takes nothing any more
+            check_private(folder, "correct it")
+            return Secrets(known, file)
+        user_access_dir().parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        user_access_dir().mkdir(mode=0o700, exist_ok=True)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not file.exists():  # whoever copies certificates to it makes it as others' folders are
             folder.chmod(0o700)
@@ -88,7 +95,13 @@ def _read(file: Path) -> dict[str, str]:
 
 
 def write_private(file: Path, text: str) -> None:
-    """Write what only this user may read; readers see the old text or the new."""
+    """Write what only this user may read; readers see the old text or the new.
+
+    What is there already is not written again: the disk may be full.
+    """
+    with suppress(OSError, UnicodeDecodeError):
+        if file.stat().st_mode & 0o777 == 0o600 and file.read_text(encoding="utf-8") == text:
+            return
     draft = file.with_name(f".{file.name}.{os.getpid()}")
     draft.unlink(missing_ok=True)
     with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as out:

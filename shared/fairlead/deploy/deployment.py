@@ -26,6 +26,9 @@ from fairlead.plugins import HALS
 from fairlead.wire.endpoints import Endpoints
 from fairlead.yaml_file import load_yaml
 
+_FOLDERS = ("access", "router", "running")
+"""Of what all robots of this machine have in common."""
+
 
 class Deployment(BaseModel):
     """One robot's services.
@@ -57,6 +60,8 @@ class Deployment(BaseModel):
     def _key_chunk(cls, value: str, field: ValidationInfo) -> str:
         if field.field_name == "localiser" and not value:
             return value
+        if field.field_name == "id" and value in _FOLDERS:
+            raise ValueError(f"expected another id: {value} is a folder beside those of robots")
         try:
             return check_name("deployment", value)
         except ConfigError as error:

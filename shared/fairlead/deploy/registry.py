@@ -15,6 +15,8 @@ Everything lies under ``$FAIRLEAD_STATE`` (default ``$XDG_STATE_HOME/fairlead``,
 from __future__ import annotations
 
 import fcntl
+import logging
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +29,9 @@ from fairlead.deploy.process_table import ProcessId
 from fairlead.errors import ServiceError
 from fairlead.paths import user_state_dir
 
+_LOG = logging.getLogger("registry")
+_SAID: set[Path] = set()
+
 
 @dataclass(frozen=True)
 class ServiceEntry:
@@ -34,12 +39,14 @@ class ServiceEntry:
 
     process: None before the first start.
     by_hand: started by ``fairlead service``: nobody watches it, or knows whether it is ready.
+    managed: by hand, and a service manager starts it again when it ends.
     """
 
     process: ProcessId | None
     ready: bool
     restarts: int
     by_hand: bool = False
+    managed: bool = False
 
     @property
     def running(self) -> ProcessId | None:
@@ -52,7 +59,7 @@ class Running:
     """One deployment that was started on this machine.
 
     name: ``<id>``, or ``<id>@<namespace>`` outside the default namespace; of several hosts
-        one: ``<id>.<host>``.
+        one: ``<id>:<host>``.
     supervisor: None where all its services were started by hand.
     """
 
@@ -82,7 +89,7 @@ class Running:
 
 def running_name(deployment: Deployment, host: str | None = None) -> str:
     """The name under which ``ps``, ``down`` and ``logs`` know a deployment."""
-    name = deployment.id if host is None else f"{deployment.id}.{host}"
+    name = deployment.id if host is None else f"{deployment.id}:{host}"  # no name has a colon
     return name if deployment.namespace == "fl" else f"{name}@{deployment.namespace}"
 
 
@@ -139,7 +146,10 @@ class Registry:
     def _write(self, path: Path, entry: Running) -> None:
         self._make_folder()
         draft = path.with_suffix(".draft")
-        draft.write_bytes(msgspec.json.format(msgspec.json.encode(entry)))
+        with draft.open("wb") as out:
+            out.write(msgspec.json.format(msgspec.json.encode(entry)))
+            out.flush()
+            os.fsync(out.fileno())  # else it may be there and empty once the power has failed
         draft.replace(path)
 
     def remove(self, name: str) -> None:
@@ -190,7 +200,10 @@ class Registry:
                 yield msgspec.json.decode(path.read_bytes(), type=Running)
             except FileNotFoundError:  # it ended just now
                 continue
-            except (OSError, msgspec.DecodeError) as error:
-                raise ServiceError(
-                    f"registry: {path} cannot be read: {error}; delete it if nothing runs"
-                ) from None
+            except (
+                OSError,
+                msgspec.DecodeError,
+            ) as error:  # the others can be stopped all the same
+                if path not in _SAID:
+                    _SAID.add(path)
+                    _LOG.warning("%s cannot be read: %s; delete it if nothing runs", path, error)

@@ -7,6 +7,8 @@ import os
 import socket
 from contextlib import suppress
 
+NOTIFY_VARIABLE = "NOTIFY_SOCKET"
+"""Set for whoever systemd, or the like, started and watches."""
 TIMES_PER_WATCHDOG = 4
 
 
@@ -26,7 +28,7 @@ async def say_alive() -> None:
 
 
 def _tell(state: bytes) -> None:
-    address = os.environ.get("NOTIFY_SOCKET", "")
+    address = os.environ.get(NOTIFY_VARIABLE, "")
     if not address:
         return
     if address.startswith("@"):  # a name that is no file

@@ -16,6 +16,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
+from fairlead.errors import FairleadError
 from fairlead.messages import FloatArray, HalCamera, HalPart, Image
 from fairlead.modes import ControlMode
 from fairlead.robot.interpolation import Interpolation
@@ -63,6 +64,13 @@ class PartCommand:
     frame_id: str
     values: FloatArray
     active: tuple[int, ...]
+
+
+class NotCarriedOutError(FairleadError):
+    """A driver could not tell its robot this tick's rows, as where a bus lost a packet.
+
+    From `Backend.apply`, having told nothing: no fault, the tick counts as held.
+    """
 
 
 @dataclass(frozen=True)
@@ -116,6 +124,8 @@ class Backend(Protocol):
                 width, joints, frame and that values are finite, then calls ``apply({})`` for this
                 period, so that every part holds, records the tick as held, and raises a stop that
                 an operator has to reset; ticks go on.
+            NotCarriedOutError: the robot could not be told, and goes on with what it was told
+                before; the tick is recorded as held, and the rows after it are judged anew.
                 Any other exception is a fault: no more ticks until the process is started
                 again, a stop, and ``apply({})`` once a period for as long as it runs.
         """

@@ -67,10 +67,17 @@ class HalCore:
         part_count: parts of the robot.
         n_dof: commanded joints, the width of joint modes.
         period_ns: the control period.
+        limits: as `LeaseFollower` has it.
     """
 
     def __init__(
-        self, session: int, pacing: Pacing, part_count: int, n_dof: int, period_ns: int
+        self,
+        session: int,
+        pacing: Pacing,
+        part_count: int,
+        n_dof: int,
+        period_ns: int,
+        limits: bytes = b"",
     ) -> None:
         self._session = session
         self._pacing = pacing
@@ -78,7 +85,7 @@ class HalCore:
         self._n_dof = n_dof
         self._pause_ns = period_ns + LEASE_LIFE_NS
         self._decided_ns: int | None = None
-        self._lease = LeaseFollower(session)
+        self._lease = LeaseFollower(session, limits)
         self._stops = StopRegister()
         self._claims = ClaimTable()
         self._gate = OneGate(session, self._lease, self._claims)

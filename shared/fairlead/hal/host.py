@@ -83,10 +83,8 @@ class HalHost:
         self._before: Measurement | None = None  # a tick before, in the same episode
         self._episode = Episode()
         self._period = PeriodClock(identity.period_ns, clock())
-        n_parts, n_dof = len(identity.parts), len(identity.joints)
-        self._core = SharedCore(
-            HalCore(settings.session, settings.pacing, n_parts, n_dof, identity.period_ns)
-        )
+        sizes = len(identity.parts), len(identity.joints), identity.period_ns
+        self._core = SharedCore(HalCore(settings.session, settings.pacing, *sizes, identity.limits))
         self._ticks = TickPublisher(bus, settings, found.cameras)
         self._frames = FrameSource(found.cameras, feed, self._ticks, settings)
         self._stops = StopPublisher(bus, settings, self._core)

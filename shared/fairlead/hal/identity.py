@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import fcntl
 import hashlib
+import json
 import os
 import socket
 import struct
@@ -21,6 +22,8 @@ from fairlead.hal.command_check import CommandCheck
 from fairlead.hal.core import Pacing
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import FloatArray
+from fairlead.paths import gate_config
+from fairlead.robot.gate_file import source_digests
 from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Bus
@@ -33,6 +36,7 @@ class HalIdentity:
     standstill_velocity: rad/s or m/s per measured joint (commanded, then passive).
     commands: checks what a part is told.
     interpolation: between rows.
+    limits: of `gate_limits`.
     """
 
     robot: str
@@ -44,6 +48,7 @@ class HalIdentity:
     standstill_velocity: FloatArray
     commands: CommandCheck
     interpolation: Interpolation = "linear"
+    limits: bytes = b""
 
     def is_still(self, now: Measurement, before: Measurement | None) -> bool:
         """Whether every joint is slower than its standstill velocity, by velocity and position.
@@ -85,7 +90,7 @@ def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentit
         robot: the robot's id on the network.
 
     Raises:
-        ConfigError: if the profile does not exist.
+        ConfigError: if the profile does not exist; as `gate_limits`.
     """
     measured = manifest.profile(profile).measured
     return HalIdentity(
@@ -100,7 +105,33 @@ def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentit
         ),
         commands=CommandCheck(manifest, profile),
         interpolation=manifest.interpolation,
+        limits=gate_limits(manifest, profile),
     )
+
+
+def gate_limits(manifest: RobotManifest, profile: str) -> bytes:
+    """Hash of the gate file that has the limits by which this HAL moves, as leases name it.
+
+    Returns:
+        b"" if there is no such file here.
+
+    Raises:
+        ConfigError: it was made of other files than today's.
+    """
+    path = gate_config(manifest.id, profile)
+    try:
+        content = path.read_bytes()
+        made_of = json.loads(content)["compiled_from"]
+    except FileNotFoundError:
+        return b""
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ConfigError(f"hal of {manifest.id}: {path}: cannot be read: {error}") from None
+    if made_of != source_digests(manifest):
+        raise ConfigError(
+            f"hal of {manifest.id}: {path.name} was made of other files than today's, so the gate "
+            f"would judge by other limits; first: fairlead robot compile {manifest.id}"
+        )
+    return hashlib.sha256(content).digest()
 
 
 @dataclass(frozen=True)

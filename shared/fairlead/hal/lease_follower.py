@@ -17,6 +17,7 @@ FOLLOWED_LEASES = 256
 """At most so many of an epoch are remembered, to compare others of the same number with."""
 
 OTHER_SESSION = "lease of another session"
+OTHER_LIMITS = "lease of a gate with other limits than this HAL began with; fairlead restart hal"
 SECOND_GATE = "lease of a second live gate"
 
 
@@ -41,10 +42,12 @@ class LeaseFollower:
 
     Args:
         session: the HAL's own session; leases for any other are ignored.
+        limits: hash of the gate file of the HAL's own limits; leases of a gate with others are
+            ignored. b"": nobody knows.
     """
 
-    def __init__(self, session: int) -> None:
-        self._session = session
+    def __init__(self, session: int, limits: bytes = b"") -> None:
+        self._session, self._limits = session, limits
         self._newest: Lease | None = None
         self._received_ns = 0
         self._left_epochs: dict[int, _LeftEpoch] = {}
@@ -85,6 +88,9 @@ class LeaseFollower:
         if lease.session != self._session:
             # 0: of a gate that has just started.
             return SECOND_GATE if newest is not None and lease.session else OTHER_SESSION
+        if self._limits and lease.config_hash != self._limits:
+            alive = newest is not None and now_ns - self._received_ns <= LATE_LEASE_NS
+            return SECOND_GATE if alive else OTHER_LIMITS
         left = self._left_epochs.get(lease.epoch)
         if left is not None:
             is_late = now_ns - left.at_ns <= LATE_LEASE_NS and lease.state_tick <= left.tick

@@ -10,7 +10,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError
 from fairlead.hal.model_joints import Source, find_sources
-from fairlead.hal.mujoco_frames import Frame, find_frame
+from fairlead.hal.mujoco_frames import Frame, MujocoFrames, find_frame
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
@@ -61,6 +61,12 @@ class FrameKinematics:
             self._copy.qpos[list(source.qpos)] = source.shares(float(position))
         mujoco.mj_kinematics(self._model, self._copy)
         mujoco.mj_comPos(self._model, self._copy)
+
+    def frames(self, positions: FloatArray) -> MujocoFrames:
+        """All frames of the robot, standing where the commanded joints are at ``positions``."""
+        self.place(positions)
+        self._live.qpos[:] = self._copy.qpos
+        return MujocoFrames(self._model, self._live, self._robot, self.who)
 
     def pose(self, frame: Frame) -> Pose:
         """T_world_frame at the last `place`."""

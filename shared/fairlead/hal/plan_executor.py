@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fairlead.errors import ConfigError
-from fairlead.hal.backend import Backend, TraceSource
+from fairlead.hal.backend import Backend, NotCarriedOutError, TraceSource
 from fairlead.hal.core import TickPlan
 from fairlead.hal.identity import HalIdentity, HostSettings
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
@@ -130,6 +130,8 @@ class PlanExecutor:
                 commands = {}
                 self.void(plan.tick, Hold.LEASE_STALE, "held instead: paused after the decision")
             self._backend.apply(commands)
+        except NotCarriedOutError as error:
+            self.void(plan.tick, Hold.NO_ROW, f"held instead: {reason_of(error)}")
         except ConfigError as error:
             self._hold_instead(plan.tick, reason_of(error), is_row=bool(commands))
         if self._trace is not None and before is not None:

@@ -107,7 +107,8 @@ class Setpoints:
             measured: positions of the commanded joints now, shape ``[n_dof]``.
         """
         self._measured = measured
-        for part in self._parts:
+        # A pose is reached for last, from where the other parts are told to be by then.
+        for part in sorted(self._parts, key=lambda part: _is_pose(commands.get(part.name))):
             given = commands.get(part.name)
             if given is None:
                 self._hold(part)
@@ -205,6 +206,10 @@ MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
     ControlMode.COMPOSITE_MODE: Setpoints._composite_mode,
 }
 """The modes this HAL can follow."""
+
+
+def _is_pose(command: PartCommand | None) -> bool:
+    return command is not None and command.mode is ControlMode.CARTESIAN_POSE
 
 
 def check_command_frame(robot: RobotManifest, profile: str, who: str, frame: str = "odom") -> None:

@@ -62,25 +62,41 @@ class Authority:
         return self.deployment.certified[0]
 
     def places(self, wanted: Sequence[str]) -> list[Place]:
-        """Those that hosts, names, or both (``gpu/operator``) mean; all if nothing does.
+        """Those that hosts, names, or both (``gpu/operator``) mean.
+
+        Also of hosts that the deployment file names no more; without words all that it names and
+        that have one.
 
         Raises:
             ConfigError: one means none.
         """
-        every = self.deployment.certified
+        every = [*self.deployment.certified, *self.left]
         for one in wanted:
             if not any(_means(one, place) for place in every):
                 known = [*self.deployment.hosts, *("/".join(place) for place in every)]
                 raise ConfigError(expected("certificates", "a host or name", one, known))
-        return [p for p in every if not wanted or any(_means(one, p) for one in wanted)]
+        if not wanted:
+            return [place for place in self.deployment.certified if self._signer(place).is_file()]
+        return [place for place in every if any(_means(one, place) for one in wanted)]
+
+    @property
+    def left(self) -> list[Place]:
+        """Those with a signing key that the deployment file names no more."""
+        stems = [file.stem for file in sorted(self._signing.glob(f"*{SUFFIX}"))]
+        found = [(host, name) for host, _, name in (stem.partition(".") for stem in stems)]
+        return [place for place in found if place not in self.deployment.certified]
 
     def new(self, now: datetime, days: int) -> list[Place]:
-        """Make what there is not yet; which."""
-        missing = [p for p in self.deployment.certified if not self._signer(p).exists()]
+        """Make what there is not yet; which. What the file names no more is forgotten."""
+        every = self.deployment.certified
+        unsigned = [place for place in every if not self._signer(place).exists()]
+        missing = [p for p in every if p in unsigned or not self._file(p).exists()]
+        for place in self.left:
+            self._signer(place).unlink()
         hosts = [self.folder / host for host in self.deployment.hosts]
         for folder in (self.folder.parent, self._signing, self.folder, *hosts):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        for place in missing:
+        for place in unsigned:
             key, name = ec.generate_private_key(ec.SECP256R1()), f"signs {'/'.join(place)}"
             ends = now + timedelta(days=365 * SIGNING_YEARS)
             own = _builder(self._subject(place, name), key.public_key(), now, ends)
@@ -120,20 +136,23 @@ class Authority:
 
     def revoke(self, places: Iterable[Place]) -> None:
         """Forget their signing keys, and have nobody trust what these signed."""
-        for place in places:
+        revoked = list(places)
+        self._tell_whom_to_trust(revoked)  # first: what comes after may fail
+        for place in revoked:
             self._signer(place).unlink(missing_ok=True)
             self._file(place).unlink(missing_ok=True)
-        self._tell_whom_to_trust()
 
-    def _tell_whom_to_trust(self) -> None:
+    def _tell_whom_to_trust(self, without: Sequence[Place] = ()) -> None:
         signers: dict[bool, str] = {True: "", False: ""}
         for place in self.deployment.certified:
-            if self._signer(place).is_file():
+            if place not in without and self._signer(place).is_file():
                 found = x509.load_pem_x509_certificate(self._signer(place).read_bytes())
                 signers[place[1] == ROUTER] += _pem(found)
+        for host in (self.router[0], *self.deployment.hosts):
+            (self.folder / host).mkdir(mode=0o700, exist_ok=True)
+        write_private(self.folder / self.router[0] / TRUSTED["listen"], signers[False])
         for host in self.deployment.hosts:
             write_private(self.folder / host / TRUSTED["connect"], signers[True])
-        write_private(self.folder / self.router[0] / TRUSTED["listen"], signers[False])
 
     def _subject(self, place: Place, name: str) -> x509.Name:
         keys = self.deployment.keys

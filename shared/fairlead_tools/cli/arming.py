@@ -6,7 +6,7 @@ import asyncio
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -37,7 +37,7 @@ def arm_after_asking(client: RobotClient, gate: GateStatus, confirmed: bool) -> 
         if not sys.stdin.isatty():
             reason = "the robot is real and will move, and there is no terminal to ask at"
             raise RefusedError("arm", reason, "add --yes, if people keep clear of it")
-        typer.confirm("The robot is real and will move. Arm it?", abort=True)
+        typer.confirm("The robot is real and will move. Arm it?", abort=True, err=True)
     return client.arm()
 
 
@@ -144,14 +144,12 @@ async def _stop(file: Path, reason: str) -> bool:
 
 
 def _load_as_started(file: Path) -> Deployment:
-    """The deployment; where its file cannot be read any more, as it was when it was started."""
-    try:
-        return load_deployment(file)
-    except ConfigError:
-        kept = Registry().kept_file(file)
-        if kept is None:
-            raise
-        return load_deployment(kept)
+    """The deployment as it was when it was started: its file may have been edited since."""
+    kept = Registry().kept_file(file)
+    if kept is not None:
+        with suppress(ConfigError):
+            return load_deployment(kept)
+    return load_deployment(file)
 
 
 _HIGHEST_ID = 2**64 - 1

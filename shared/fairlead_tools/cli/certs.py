@@ -36,9 +36,12 @@ def new_command(deployment: DeploymentArgument, days: DaysOption = DAYS) -> None
     The keys that sign stay on this machine.
     """
     authority = Authority(load_deployment(deployment))
+    left = authority.left
     made = authority.new(datetime.now(UTC), days)
     echo(f"made {_named(made) or 'nothing: there is one for every name'}")
-    if made:
+    if left:
+        echo(f"revoked what the file names no more: {_named(left)}")
+    if made or left:
         _say_what_to_copy(authority, _all_if_router(authority, made, [*made, authority.router]))
         echo(f"if it runs: {RESTART}")
 
@@ -82,9 +85,10 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
         return
     print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
     marks = {trusted_mark(keys, host) for host in loaded.hosts} - {""}
+    lets_in = trusted_mark(keys, loaded.routed.host, "listen") or "none here"
     echo(
         f"in {certificates_dir(keys)}; mark {', '.join(sorted(marks)) or 'none'}: the same on "
-        "every host"
+        f"every host; whom the router lets in: mark {lets_in}, once it has started again"
     )
 
 

@@ -25,6 +25,14 @@ from fairlead_tools.record.run_log import Run, read_run
 from fairlead_tools.record.smoothness import smoothness
 from fairlead_tools.record.timeline import draw_timeline
 
+NO_TRIAL = frozenset(
+    {
+        "already_solved", "camera_lost", "cancelled", "hal_fault", "internal_error",
+        "layout_mismatch", "layout_missing", "new_session", "no_answer", "not_admitted",
+        "policy_error",
+    }
+)  # fmt: skip
+"""Kinds of ends that say nothing of how well the skill does its task."""
 HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
 READY_WAIT_S, PAUSE_S = 15.0, 0.2
 T = TypeVar("T")
@@ -55,6 +63,11 @@ class Episode:
     stalls: int | None = None
     seam_step: float | None = None
     picture: str = ""
+
+    @property
+    def is_trial(self) -> bool:
+        """Whether the skill could show what it can."""
+        return self.outcome == "succeeded" or self.why.partition(":")[0] not in NO_TRIAL
 
     @property
     def row(self) -> tuple[object, ...]:

@@ -116,6 +116,7 @@ def eval_command(
     Prints a row for each, and the share that succeeded with its 95 % interval (Wilson). Ctrl-C
     cancels the goal and prints what there is. A stop ends it, unless --reset-stops. STALLS: how
     often rows ran out; SEAM: the largest step from one chunk to the next, of the range commanded.
+    Episodes that ended by an error, a fault or a cancel are no trials: named, not counted, exit 1.
     """
     wanted, skill = parse_seeds(seeds), installed_skill(skill)
     manifest, file = load_skill(skill), choose_file(deployment)
@@ -151,6 +152,8 @@ def eval_command(
         raise typer.Exit(1)  # said in the document
     if ended_by is not None:
         raise ended_by
+    if not all(one.is_trial for one in done):
+        raise typer.Exit(1)
 
 
 def _unread(out: Path, error: BaseException) -> BaseException:
@@ -200,8 +203,10 @@ def _print(
     own: _Own | None,
     as_json: bool,
 ) -> None:
-    wins = succeeded(done)
-    low, high = wilson(wins, len(done))
+    trials = [one for one in done if one.is_trial]
+    wins = succeeded(trials)
+    by_policy = sum(one.outcome == "succeeded" and one.decided_by == "policy" for one in trials)
+    low, high = wilson(wins, len(trials))
     ticks = [one.ticks for one in done if one.outcome == "succeeded"]
     median = statistics.median(ticks) if ticks else None
     if as_json:
@@ -209,7 +214,8 @@ def _print(
             "skill": skill, "seeds": len(wanted), "pacing": own.pacing if own else None,
             "latency_ms": own.latency_ms if own else None,
             "episodes": [asdict(one) for one in done],
-            "succeeded": wins, "interval_95": [round(low, 4), round(high, 4)],
+            "trials": len(trials), "succeeded": wins, "by_policy": by_policy,
+            "interval_95": [round(low, 4), round(high, 4)],
             "median_ticks": median,
             "error": str(ended_by) or "interrupted" if ended_by is not None else None,
         }  # fmt: skip
@@ -220,8 +226,14 @@ def _print(
     for picture in (one.picture for one in done if one.picture):
         echo(f"  {picture}")
     missing = f", {len(wanted) - len(done)} not run" if len(done) < len(wanted) else ""
+    if len(trials) < len(done):
+        missing += (
+            f", {len(done) - len(trials)} not counted: they ended before the skill could show"
+        )
+    if by_policy:
+        missing += f" ({by_policy} by the policy's own word)"
     typical = f"; median of their ticks: {median:g}" if median is not None else ""
     echo(
-        f"{skill}: {wins} of {len(done)} succeeded{missing}; 95 % interval "
+        f"{skill}: {wins} of {len(trials)} succeeded{missing}; 95 % interval "
         f"{100 * low:.0f} to {100 * high:.0f} %{typical}"
     )

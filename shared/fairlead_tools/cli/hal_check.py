@@ -17,6 +17,7 @@ from fairlead.operate.connection import choose_file
 from fairlead.plugins import HALS
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.session import ZenohBus
+from fairlead_tools.cli.by_hand import ends_like_ctrl_c
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
@@ -81,7 +82,7 @@ def check_command(
         if not simulator:
             _ask(deployment, amount, yes)
         known, why = (pid, "") if pid else _pid(deployment)
-        with ProgressLine(quiet=as_json) as line:
+        with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
             wish = Wish(amount, hold_s, known, why, simulator, tuple(only or ()))
             found = check_hal(bus, deployment, hal, wish, line.show)
     finally:
@@ -132,6 +133,7 @@ def _ask(deployment: Deployment, share: float, yes: bool) -> None:
         f"{worst}, and no gate judges how: keep people and things clear, and the emergency stop "
         "at hand. Go on?",
         abort=True,
+        err=True,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -90,6 +91,8 @@ def jog_command(
     if abs(step[index]) <= near:
         wanted = f"more than {near:g} {unit}, as near as {drive.mode.yaml_name} comes"
         raise ConfigError(expected(f"jog {axis}", wanted, repr(amount)))
+    if drive.tool and not drive.is_position and unit == "rad" and abs(step[index]) >= math.pi:
+        raise ConfigError(expected(f"jog {axis}", "less than half a turn of a tool", repr(amount)))
     with _hand(chosen, robot, drive, yes, "fairlead jog") as hand:
         first, last = _go(hand, lambda at: at + step, speed, index)
     came = (last - first)[index]

@@ -65,7 +65,7 @@ def _check_letters(as_json: bool) -> None:
 
 def _run(as_json: bool) -> None:
     # Imported here: it takes a moment, in which Ctrl-C is no error either.
-    from typer.exceptions import TyperException
+    from typer.exceptions import Abort, TyperException
 
     from fairlead_tools.cli.app import app
 
@@ -76,6 +76,8 @@ def _run(as_json: bool) -> None:
     except TyperException as error:  # a wrong command line
         fix = "fairlead --help"
         _end_json("UsageError", error.format_message(), fix, error.exit_code)
+    except Abort:  # the answer to a question
+        _end_json("Aborted", "not confirmed", "", 1)
 
 
 def _leave_quietly() -> None:

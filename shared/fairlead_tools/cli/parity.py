@@ -78,16 +78,22 @@ def parity_command(
                 source, wish, seeds, out / "state", lambda now: line.show(now.line())
             )
     plain = [] if policy else compare_with_plain(loaded, manifest, deployed)
+    left = [] if random_scale is not None else [one.seed for one in deployed if _is_held(one)]
     again = [] if random_scale is not None else _again(loaded, manifest, deployed)
     compared = bool(again) if policy else any(one.compared for one in plain)
     same = compared and all(one.same for one in plain) and all(row.same for row in again)
     judged = deployed if plain else []
     lossy = _lossy(loaded, manifest)
     if as_json:
-        print_json({"same": same, "policy": _rows(again), "episodes": _documents(plain, judged),
-                    "lossy_cameras": lossy})  # fmt: skip
+        print_json({"same": same, "policy": _rows(again), "held_seeds": left,
+                    "episodes": _documents(plain, judged), "lossy_cameras": lossy})  # fmt: skip
     else:
         _print(again, plain, same, compared)
+        if left:
+            echo(
+                f"in one process {episodes - len(left)} of {episodes} episodes were compared; "
+                f"ticks were held in those of seed {', '.join(map(str, left))}"
+            )
         for camera in lossy:
             echo(
                 f"camera {camera} sends JPEG, which is lossy: pictures are compared as decoded, "
@@ -103,12 +109,17 @@ def _again(
     """What the policy saw and said, computed in one process where no tick was held."""
     found = []
     for one in deployed:
-        if not any(one.trace.held[one.reset.held_ticks :]):
+        if not _is_held(one):
             steps = len(one.trace.packed)
             local = local_episode(deployment, skill, one.seed, one.reset, steps)
             pictures = ("pictures",) if skill.images else ()
             found += compare(one.trace, local, ("observations", *pictures, "actions"))
     return found
+
+
+def _is_held(one: DeployedEpisode) -> bool:
+    """Whether a tick inside the episode was."""
+    return any(one.trace.held[one.reset.held_ticks :])
 
 
 def _lossy(deployment: Deployment, skill: SkillManifest) -> list[str]:

@@ -210,6 +210,12 @@ def down_command(deployment: RunningArgument = None) -> None:
     Ends what `fairlead up` and `fairlead service` started.
     """
     entry = choose_running(deployment)
+    managed = [name for name, service in entry.by_hand.items() if service.managed]
+    if managed:
+        raise ServiceError(
+            f"{entry.name}: systemd would start {', '.join(managed)} again; end what it runs: "
+            f"sudo systemctl stop 'fairlead-{entry.name.split('@')[0].split(':')[0]}*'"
+        )
     if entry.supervisor is not None:
         end_processes([entry.supervisor], SUPERVISOR_GRACE_S)
         _check_gone(entry.name, [entry.supervisor])

@@ -14,6 +14,7 @@ from fairlead.errors import ConfigError, expected
 from fairlead.operate.connection import connect
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.cli.arming import YesOption, armed
+from fairlead_tools.cli.by_hand import ends_like_ctrl_c
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example, parse_deployment
 from fairlead_tools.cli.robot_check import running_file
@@ -98,6 +99,7 @@ def _running(
 
     manifest = load_robot(robot)
     with (
+        ends_like_ctrl_c(),
         connect(deployment, by="fairlead robot measure") as client,
         armed(client, yes),
         client.claim(manifest.part_names, source="measure") as claim,

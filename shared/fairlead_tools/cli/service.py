@@ -17,10 +17,10 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry, running_name
-from fairlead.deploy.service_manager import say_alive, say_ready
+from fairlead.deploy.service_manager import NOTIFY_VARIABLE, say_alive, say_ready
 from fairlead.deploy.shared_router import router_endpoints
 from fairlead.deploy.stop_signals import StopSignals
-from fairlead.errors import ConfigError, NoAnswerError, ServiceError, expected
+from fairlead.errors import ConfigError, NoAnswerError, ServiceError, TransportError, expected
 from fairlead.messages import GateState
 from fairlead.operate.client import RobotClient
 from fairlead.robot.manifest import load_robot
@@ -71,13 +71,16 @@ def one_service_command(
     folder = (state_dir or Registry().default_state_dir(name)).absolute()
     build = new_state_command() if new_state else service_command
     words = build(deployment.absolute(), loaded, service, folder / service)
+    os.umask(0o077)  # what robots do is nobody else's to read
     (folder / service).mkdir(parents=True, exist_ok=True)
-    own = process_id(os.getpid())
-    entry = {service: ServiceEntry(own, ready=False, restarts=0, by_hand=True)}
-    Registry().write_by_hand(
-        service, Running(name, str(deployment.absolute()), str(folder), None, entry)
-    )
-    os.execve(words[0], words, service_environment())  # noqa: S606 - the command is ours
+    own, is_managed = process_id(os.getpid()), NOTIFY_VARIABLE in os.environ
+    entry = {service: ServiceEntry(own, False, 0, by_hand=True, managed=is_managed)}
+    running = Running(name, str(deployment.absolute()), str(folder), None, entry)
+    try:
+        Registry().write_by_hand(service, running)
+    except OSError as error:  # a full disk: it runs, and is not listed
+        echo(f"WARNING {name}: {error}; `fairlead ps` will not list {service}", err=True)
+    os.execvpe(words[0], words, service_environment())  # noqa: S606 - the command is ours
 
 
 def _refuse_second(name: str, service: str) -> None:
@@ -175,8 +178,17 @@ def _supervised_process(entry: Running, service: str) -> ProcessId:
 
 
 def _refuse_while_claimed(entry: Running, service: str) -> None:
-    """A restart pulls the service from under whoever moves the robot; that is theirs to end."""
-    with RobotClient(load_deployment(Path(entry.deployment)), by="fairlead restart") as client:
+    """A restart pulls the service from under whoever moves the robot; that is theirs to end.
+
+    A router that lets nobody in carries nobody's goal: a new certificate may be why it is started.
+    """
+    try:
+        opened = RobotClient(load_deployment(Path(entry.deployment)), by="fairlead restart")
+    except (ConfigError, TransportError):
+        if service == ROUTER:
+            return
+        raise
+    with opened as client:
         try:
             gate = client.gate_status()
         except NoAnswerError:  # a gate that is dead grants nothing

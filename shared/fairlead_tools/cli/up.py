@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import subprocess
 import sys
@@ -77,6 +78,7 @@ def up_command(
         words = [IN_BACKGROUND if word == "--detach" else word for word in sys.argv[1:]]
         start_in_background(words, name)
         return
+    os.umask(0o077)  # what robots do is nobody else's to read
     folder = state_dir or Registry().default_state_dir(name)
     say = UpOutput(folder)
     supervisor = Supervisor(
@@ -88,8 +90,8 @@ def up_command(
         host=host,
         leave_out=left_out(loaded, without),
     )
-    _check(deployment, supervisor, say)
     try:
+        _check(deployment, supervisor, say)
         asyncio.run(_run(supervisor, [one for one in order.split(",") if one], say, in_background))
     finally:
         ignore_further_signals()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import queue
 import signal
 import sys
+import threading
 from pathlib import Path
 
 from fairlead.log_stamp import stamped
@@ -12,41 +14,69 @@ from fairlead_tools.cli.console import echo
 from fairlead_tools.cli.lost_output import forget_output
 from fairlead_tools.supervisor.service_log import ServiceLog
 
+MOST_LINES = 1000
+"""That wait for a terminal which takes none; more are only in the logs."""
+LAST_WORDS_S = 2.0
+
 
 class UpOutput:
-    """Where ``up`` prints: the terminal, until it is detached; its own lines in a log too."""
+    """Where ``up`` prints: the terminal, until it is detached; its own lines in a log too.
+
+    A thread of its own prints, as a terminal may take nothing for hours.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / "logs" / "up.log"
         self._log = ServiceLog(self._path)
-        self._is_detached = False
+        self._lines: queue.Queue[str | None] = queue.Queue(MOST_LINES)
+        self._thread = threading.Thread(target=self._print, name="terminal", daemon=True)
+        self._thread.start()
 
     def __call__(self, service: str, line: str) -> None:
         """Print a line of one service, or of ``up``."""
         if service == "up":
             self._log.append(stamped(f"INFO up: {line}", service))
-        try:
-            if not self._is_detached:
-                echo(f"[{service}] {line}")
-        except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            os.kill(os.getpid(), signal.SIGTERM)
-        except OSError:  # a full disk behind a redirection: the logs have the line, or say so
-            return
+        self._put(f"[{service}] {line}")
 
     def close(self) -> None:
         """Have nothing left that would fail to be written when the process ends."""
         try:
-            sys.stdout.flush()
+            if self._ends():
+                sys.stdout.flush()
+                return
         except OSError:
-            forget_output()
+            pass
+        forget_output()
 
     def detach(self) -> None:
         """Close the output; what would still be printed there is appended to the log."""
-        self._is_detached = True
-        sys.stdout.flush()
+        if self._ends():
+            sys.stdout.flush()
         self._path.parent.mkdir(parents=True, exist_ok=True)
         log = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
         for stream in (sys.stdout, sys.stderr):
             os.dup2(log, stream.fileno())
         os.close(log)
+
+    def _put(self, line: str | None) -> None:
+        if self._thread.is_alive():
+            try:
+                self._lines.put_nowait(line)
+            except queue.Full:
+                return
+
+    def _ends(self) -> bool:
+        """Have the last lines printed; whether the terminal took them."""
+        self._put(None)
+        self._thread.join(LAST_WORDS_S)
+        return not self._thread.is_alive()
+
+    def _print(self) -> None:
+        while (line := self._lines.get()) is not None:
+            try:
+                echo(line)
+            except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+                os.kill(os.getpid(), signal.SIGTERM)
+            except OSError:  # a full disk behind a redirection: the logs have the line, or say so
+                continue

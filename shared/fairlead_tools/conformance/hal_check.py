@@ -156,7 +156,7 @@ def check_hal(
 def _gate(
     bus: Bus, deployment: Deployment, robot: RobotManifest, hal: HalStatus
 ) -> Iterator[StandInGate]:
-    gate = StandInGate(bus, deployment.keys, robot, hal)
+    gate = StandInGate(bus, deployment.keys, robot, deployment.profile, hal)
     try:
         yield gate
     finally:

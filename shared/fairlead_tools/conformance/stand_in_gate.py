@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from fairlead.errors import MessageError, RefusedError
+from fairlead.hal.identity import gate_limits
 from fairlead.keys import Keys
 from fairlead.messages import (
     HELD,
@@ -44,9 +45,15 @@ class StandInGate:
     Raises (from whatever waits):
         SilentHalError: the HAL goes no further.
         RefusedError: a real gate is alive.
+
+    Args:
+        profile: safety profile whose gate file its leases name.
     """
 
-    def __init__(self, bus: Bus, keys: Keys, robot: RobotManifest, hal: HalStatus) -> None:
+    def __init__(
+        self, bus: Bus, keys: Keys, robot: RobotManifest, profile: str, hal: HalStatus
+    ) -> None:
+        self._limits = gate_limits(robot, profile) or NO_HASH
         self._bus, self._keys, self._robot, self.hal = bus, keys, robot, hal
         self._lock = threading.Lock()
         self._ended = threading.Event()
@@ -124,7 +131,7 @@ class StandInGate:
             session=self.hal.session,
             epoch=plan.epoch,
             lease_seq=plan.seq,
-            config_hash=NO_HASH,
+            config_hash=self._limits,
             state=plan.state,
             state_tick=tick,
             grants=()

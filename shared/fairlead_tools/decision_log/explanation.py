@@ -12,7 +12,7 @@ from typing import Literal
 
 import msgspec
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, ServiceError
 from fairlead.paths import decisions_binary
 
 Number = float | Literal["nan", "inf", "-inf"]
@@ -178,7 +178,12 @@ def explain(log: Path, tick: int | None = None, source: str | None = None) -> Ex
         command += ["--tick", str(tick)]
     if source is not None:
         command += ["--source", source]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=_PATIENCE_S, check=False)
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=_PATIENCE_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise ServiceError(f"explain: took longer than {_PATIENCE_S:g} s; give a tick") from None
     if done.returncode != 0:
         words = (done.stdout + done.stderr).strip()
         raise ConfigError(words.removeprefix(_BLAME) or f"explain ended with {done.returncode}")

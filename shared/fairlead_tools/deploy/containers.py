@@ -10,6 +10,7 @@ import yaml
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
+from fairlead.errors import ConfigError
 
 HOME = "/var/lib/fairlead"
 """In each container: passwords, certificates, logs, own robots and skills."""
@@ -38,6 +39,9 @@ def compose_file(
         host: a host of the file; None where it has none.
         image: what compose/Containerfile was built as.
         without: processes that get none.
+
+    Raises:
+        ConfigError: the file's path has signs that mean something else in a compose file.
     """
     names = [name for name in deployment.processes(host) if name not in without]
     return _HEAD + yaml.safe_dump(
@@ -62,7 +66,7 @@ def _service(file: Path, deployment: Deployment, name: str, image: str) -> dict[
         "user": "${USER_ID:?the number of the user who owns the folder state}",
         "userns_mode": "${USERNS:-}",
         "environment": {"HOME": HOME},
-        "volumes": [f"{file.absolute()}:{FILE}:ro", f"./state:{HOME}"],
+        "volumes": [f"{_path(file)}:{FILE}:ro", f"./state:{HOME}"],
         "read_only": True,
         "tmpfs": ["/tmp"],  # noqa: S108  # its own
         "cap_drop": ["ALL"],
@@ -71,3 +75,10 @@ def _service(file: Path, deployment: Deployment, name: str, image: str) -> dict[
         "restart": "always",
         "stop_grace_period": f"{STOP_S}s",
     }
+
+
+def _path(file: Path) -> str:
+    path = str(file.absolute())
+    if any(sign in path for sign in ":$\n"):
+        raise ConfigError(f"compose file: {path}: expected a path without colons and $")
+    return path

@@ -37,8 +37,8 @@ StartLimitIntervalSec=0
 Type=notify
 ExecStart={command}
 User={user}
-Environment=HOME=%S/fairlead-{id}
-StateDirectory=fairlead-{id}
+Environment=HOME=%S/fairlead-{home}
+StateDirectory=fairlead-{home}
 StateDirectoryMode=0700
 UMask=0077
 Restart=always
@@ -99,18 +99,23 @@ def systemd_units(
     Raises:
         ConfigError: a path or the user has signs that a unit cannot have.
     """
-    target = f"fairlead-{deployment.id}.target"
+    named = (
+        [deployment.id] if deployment.namespace == "fl" else [deployment.namespace, deployment.id]
+    )
+    unit = f"fairlead-{':'.join(named)}"  # names have no colon, but may have a hyphen
+    target = f"{unit}.target"
     units = {target: _TARGET.format(id=deployment.id, host=host or "this machine")}
     gate = deployment.only("safety")
     for name in deployment.processes(host):
         if name in without:
             continue
         more = "" if name == deployment.hal or name in deployment.runners else _NO_DEVICES
-        units[f"fairlead-{deployment.id}-{name}.service"] = _service(
+        units[f"{unit}:{name}.service"] = _service(
             deployment.id,
             name,
             ["router", file] if name == ROUTER else ["service", file, name],
             user,
+            home="+".join(named),
             target=target,
             oom=-900 if name in (gate, deployment.hal) else 0,
             more=more + (_NO_OWN_CODE if name == gate else ""),
@@ -130,9 +135,8 @@ def router_unit(
         ConfigError: as `systemd_units`; they cannot share a router.
     """
     check_shared(deployments)
-    text = _service(
-        ROUTER, ", ".join(one.id for one in deployments), [ROUTER, *files], user, more=_NO_DEVICES
-    )
+    names = ", ".join(one.id for one in deployments)
+    text = _service(ROUTER, names, [ROUTER, *files], user, home=ROUTER, more=_NO_DEVICES)
     return {f"fairlead-{ROUTER}.service": text}
 
 
@@ -142,6 +146,7 @@ def _service(
     words: Sequence[str | Path],
     user: str,
     *,
+    home: str,
     more: str,
     target: str = "",
     oom: int = 0,
@@ -150,6 +155,7 @@ def _service(
         raise ConfigError(expected("--user", "a user's name of a-z 0-9 _ -", repr(user)))
     return _SERVICE.format(
         id=owner,
+        home=home,
         name=name,
         part_of=f"PartOf={target}\n" if target else "",
         target=target or "multi-user.target",

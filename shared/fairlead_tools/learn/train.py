@@ -75,10 +75,11 @@ def train(
     told = {
         "recipe": asdict(recipe), "expert": expert.id, "libraries": libraries,
         "datasets": [dataset_told(folder) for folder in folders],
-        "labels": len(labels.states), "held_out_error": error,
+        "labels": len(labels.states), "left_out_ticks_error": error,
     }  # fmt: skip
     write_skill(target, _fitted_slots(expert, recipe), model, statistics, told)
-    say(f"{target}: {len(model) // 1024} KiB; squared error held out: {error:.4f} of a variance")
+    missed = f"squared error in ticks left out of its episodes: {error:.4f} of a variance"
+    say(f"{target}: {len(model) // 1024} KiB; {missed}")
 
 
 def require_new(target: Path) -> None:

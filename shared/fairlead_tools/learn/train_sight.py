@@ -60,11 +60,12 @@ def train_sight(
     told = {
         "recipe": asdict(recipe), "expert": header.expert, "libraries": libraries,
         "datasets": [dataset_told(folder) for folder in folders],
-        "labels": len(labels), "held_out_error": error,
+        "labels": len(labels), "left_out_ticks_error": error,
     }  # fmt: skip
     document = skill.model_dump(mode="json", exclude_defaults=True)
     write_skill(target, document, model, statistics, told)
-    say(f"{target}: {len(model) // 1024} KiB; squared error held out: {error:.4f} of a variance")
+    missed = f"squared error in ticks left out of its episodes: {error:.4f} of a variance"
+    say(f"{target}: {len(model) // 1024} KiB; {missed}")
 
 
 def _network(

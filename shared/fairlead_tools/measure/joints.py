@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import islice
@@ -167,12 +168,18 @@ def gentle_stop(
     return _held_until_still(driven, now)
 
 
+def watched_ticks(driven: DrivenRobot) -> int:
+    """So many held ticks are looked at: twice as long as a stop may take by robot.yaml."""
+    ramp_s = driven.robot.profile(driven.profile).protocol.stop_ramp_ms * 1e-3
+    return max(MOST_STOP_TICKS, math.ceil(2.0 * ramp_s / driven.period_s))
+
+
 def _held_until_still(driven: DrivenRobot, now: Moment) -> tuple[bool, FloatArray]:
     measured = driven.robot.profile(driven.profile).measured
     names = driven.robot.measured_joint_names
     still = np.array([measured[name].standstill_per_s for name in names])
     found = np.zeros(len(names))
-    for count in range(MOST_STOP_TICKS):
+    for count in range(watched_ticks(driven)):
         found[np.abs(now.velocities) >= still] = count + 1
         now = driven.step("stop", now, {}).after
     return driven.is_free, found

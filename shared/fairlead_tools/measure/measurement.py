@@ -16,6 +16,7 @@ from fairlead_tools.measure.joints import (
     gentle_stop,
     resting,
     stop_ticks,
+    watched_ticks,
 )
 from fairlead_tools.measure.tracking import TrackingModel
 
@@ -33,6 +34,7 @@ class Measurement:
     """ticks: by kind of drive. stops: whether free, and ticks to standstill per measured joint.
 
     contacts: what touches while the robot rests. rest_change, rest_speed: per measured joint.
+    share: of full scale that was asked for.
     """
 
     driven: DrivenRobot
@@ -44,6 +46,17 @@ class Measurement:
     rest_change: FloatArray = field(default_factory=lambda: np.zeros(0))
     rest_speed: FloatArray = field(default_factory=lambda: np.zeros(0))
     stops: list[tuple[bool, FloatArray]] = field(default_factory=list)
+    share: float = 1.0
+
+    @property
+    def unfinished(self) -> list[str]:
+        """Joints that still moved when watching a stop ended."""
+        most = watched_ticks(self.driven)
+        last = np.max([ticks for _, ticks in self.stops], axis=0, initial=0)
+        names = self.driven.robot.measured_joint_names
+        return [
+            name for name, ticks in zip(names, np.atleast_1d(last), strict=False) if ticks >= most
+        ]
 
     def stop_s(self) -> FloatArray:
         """Longest time from the first held tick until each measured joint stood still [s].
@@ -78,7 +91,7 @@ def measure_gently(
     driven: DrivenRobot, share: float, on_progress: Callable[[str], None]
 ) -> Measurement:
     """What can be asked of a robot: each axis alone at a share of full scale, and a stop."""
-    found = Measurement(driven, TrackingModel(driven), JointRecord(driven))
+    found = Measurement(driven, TrackingModel(driven), JointRecord(driven), share=share)
     on_progress("at rest")
     driven.reset(0)
     found.rest_change, found.rest_speed = resting(driven)

@@ -92,6 +92,16 @@ def findings(found: Measurement) -> Iterator[str]:
             )
     if every and not any(effort.any() for effort in found.joints.efforts.values()):
         yield "no joint reported an effort: without physics no number here is the robot's own"
+    if found.share < 1.0:
+        yield (
+            f"driven at {found.share:g} of full scale: what is proposed is never tighter than what "
+            "robot.yaml declares, as nobody saw what full scale does"
+        )
+    if found.unfinished:
+        yield (
+            f"still moving when watching a stop ended: {', '.join(found.unfinished)}; raise "
+            "stop_ramp_ms in robot.yaml and measure again"
+        )
     yield from _beyond_declared(found)
 
 
@@ -135,15 +145,28 @@ def _tracking_key(found: Measurement, row: dict[str, Any]) -> tuple[str, int | N
 
 
 def proposed(found: Measurement) -> dict[str, Any]:
-    """Limits as robot.yaml words them, worst cases doubled, each block with its source."""
+    """Limits as robot.yaml words them, worst cases doubled, each block with its source.
+
+    After a gentle drive none is tighter than what is declared, which may be of full scale.
+    """
     driven, robot = found.driven, found.driven.robot
     hal = driven.deployment.services[driven.deployment.hal].run
     source = f"measured: fairlead robot measure {robot.id}, {driven.deployment.id}, {hal}"
+    if found.share < 1.0:
+        source += f", at {found.share:g} of full scale, no tighter than declared before"
+    declared = robot.profile(driven.profile)
+
+    def wide(seen: float, told: float | None) -> float:
+        return seen if found.share == 1.0 or told is None else max(seen, told)
+
     blocks: dict[str, Any] = {}
     for row in joint_rows(found):
         joint = robot.joint(row["joint"])
         floor = 0.005 * joint.velocity_limit
-        block: dict[str, Any] = {"jump_per_tick": _up(row["jump_per_tick"])}
+        told = declared.measured[row["joint"]]
+        block: dict[str, Any] = {
+            "jump_per_tick": wide(_up(row["jump_per_tick"]), told.jump_per_tick)
+        }
         if joint.has_bounds:
             block["tolerance"] = max(
                 _up(max(row["beyond"], floor * driven.period_s)), _seam(found, row["joint"])
@@ -151,25 +174,32 @@ def proposed(found: Measurement) -> dict[str, Any]:
         block["standstill_per_s"] = _up(max(row["speed_at_rest"], floor))
         if joint in robot.joints:
             most = 1.05 * joint.effort_limit
-            block["contact_limit"] = _digits(min(_up(row["effort_free"]) or most, most))
+            effort = _digits(min(_up(row["effort_free"]) or most, most))
+            block["contact_limit"] = wide(effort, told.contact_limit)
             block["encoder_step"] = max(_up(row["change_at_rest"]), 1e-11)
-            block["dead_band_per_tick"] = _up(max(row["dead_band"] or 0.0, 1e-6))
+            dead = _up(max(row["dead_band"] or 0.0, 1e-6))
+            block["dead_band_per_tick"] = wide(dead, told.dead_band_per_tick)
         blocks[row["joint"]] = {**block, "source": f"{source}, doubled"}
     parts: dict[str, Any] = {}
     for row in mode_rows(found):
         at = parts.setdefault(row["part"], {}).setdefault(row["mode"], {})
         seen = row.get("lag", row.get("residual"))
         if row.get("gain") is not None:
-            low, high = at.get("gain", row["gain"])
+            gain = getattr(getattr(declared.parts[row["part"]], row["mode"]), "gain", None)
+            kept = gain is not None and found.share < 1.0
+            low, high = at.get("gain", gain if kept else row["gain"])
             at["gain"] = [min(low, row["gain"][0]), max(high, row["gain"][1])]
         if seen is not None:
             key, index = _tracking_key(found, row)
+            limits = getattr(getattr(declared.parts[row["part"]], row["mode"]), key)
             if index is None:
-                at[key] = _up(seen)
+                at[key] = wide(_up(seen), limits)
             else:
-                at.setdefault(key, []).append(_up(seen))
+                at.setdefault(key, []).append(wide(_up(seen), limits[index]))
         at["source"] = f"{source}, tracking doubled"
     ramp_ms = math.ceil(10.0 * MARGIN * float(found.stop_s().max(initial=0.0))) * 100
+    if found.unfinished or found.share < 1.0:
+        ramp_ms = max(ramp_ms, declared.protocol.stop_ramp_ms)
     return {"measured": blocks, "parts": parts, "protocol": {"stop_ramp_ms": ramp_ms}}
 
 

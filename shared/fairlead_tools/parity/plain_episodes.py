@@ -23,7 +23,7 @@ from fairlead_tools.parity.episode_trace import EpisodeTrace
 
 QUANTITIES = ("packed", "qpos", "qvel")
 _SCENE = "fairlead_hal_sim.task"  # registers the environment that ships
-_TIMEOUT_S = 600.0
+_TIMEOUT_S = 600.0  # for each episode
 _LAST_LINES = 3
 
 
@@ -127,14 +127,18 @@ def _job(one: DeployedEpisode, skill: SkillManifest) -> dict[str, Any]:
 
 def _run(job: dict[str, Any]) -> dict[str, Any]:
     script = Path(__file__).with_name("plain_robosuite.py")
-    done = subprocess.run(
-        [sys.executable, str(script)],
-        input=json.dumps(job),
-        capture_output=True,
-        text=True,
-        timeout=_TIMEOUT_S,
-        check=False,
-    )
+    timeout_s = _TIMEOUT_S * len(job["episodes"])
+    try:
+        done = subprocess.run(
+            [sys.executable, str(script)],
+            input=json.dumps(job),
+            capture_output=True,
+            text=True,
+            timeout=timeout_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise ServiceError(f"parity: plain robosuite took longer than {timeout_s:g} s") from None
     if done.returncode != 0:
         last = "; ".join(done.stderr.strip().splitlines()[-_LAST_LINES:])
         raise ServiceError(f"parity: plain robosuite ended with {done.returncode}: {last}")

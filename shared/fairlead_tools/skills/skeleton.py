@@ -73,7 +73,7 @@ class Policy:
 
     def __init__(self, strength):
         self.strength = strength
-        self.row = 0
+        self.reset()
 
     @classmethod
     def from_options(cls, skill, options):
@@ -82,21 +82,23 @@ class Policy:
 
     def reset(self):
         """A new goal begins."""
-        self.row = 0
+        self.begun = None
 
     def infer(self, observation):
         """Rows for the next control periods: float32 [ROWS, DIM], each number in [-1, 1].
 
         observation.state is the state_contract's vector, observation.prompt the instruction,
-        observation.images the pictures the manifest asks for. After a hold the wave begins anew.
+        observation.images the pictures the manifest asks for. Row 0 is for the tick of the
+        observation; the next call may come before all rows acted. The wave begins anew after a
+        hold.
         """
-        if any(part.hold for part in observation.executed.values()):
-            self.row = 0
+        if self.begun is None or any(part.hold for part in observation.executed.values()):
+            self.begun = observation.tick
+        row = observation.tick - self.begun
         actions = np.zeros((ROWS, DIM), dtype=np.float32)
         for k in range(ROWS):
-            if self.row + k < 40:
-                actions[k, AXIS] = self.strength * np.sin(2 * np.pi * (self.row + k) / 40)
-        self.row += ROWS
+            if row + k < 40:
+                actions[k, AXIS] = self.strength * np.sin(2 * np.pi * (row + k) / 40)
         return actions
 '''
 
@@ -124,21 +126,22 @@ class Policy:
 
     def reset(self):
         """A new goal begins."""
-        self.start, self.row = None, 0
+        self.start = None
 
     def infer(self, observation):
         """Rows for the next control periods: float32 [ROWS, JOINTS], {meaning}.
 
-        Targets begin where the robot is: at first, and again after the arm held.
+        Targets begin where the robot is: at first, and again after the arm held. Row 0 is for the
+        tick of the observation; the next call may come before all rows acted.
         """
         held = any(part.hold for part in observation.executed.values())
         if self.start is None or held:
-            self.start, self.row = np.array(observation.state[:JOINTS]), 0
+            self.start, self.begun = np.array(observation.state[:JOINTS]), observation.tick
+        row = observation.tick - self.begun
         actions = np.tile(self.start, (ROWS, 1)).astype(np.float32)
         for k in range(ROWS):
-            done = min(self.row + k + 1, 40) / 40
+            done = min(row + k + 1, 40) / 40
             actions[k, WAVES] += self.wave_{unit} * 0.5 * (1 - np.cos(2 * np.pi * done))
-        self.row += ROWS
         return actions
 '''
 

@@ -56,7 +56,7 @@ class Child:
         on_change: Callable[[], None],
     ) -> None:
         self.name = name
-        self.ready = self.ended = False
+        self.ready = self.ended = self._group_is_gone = False
         self.last_lines: deque[str] = deque(maxlen=LAST_LINES)
         self._log, self._on_line, self._on_change = ServiceLog(log), on_line, on_change
         self._writer = ThreadPoolExecutor(1, thread_name_prefix=f"{name}-log")
@@ -104,6 +104,8 @@ class Child:
         Raises:
             OSError: the kernel does not say what is there.
         """
+        if self._group_is_gone:  # another group may have its number by now
+            return []
         end_s = time.monotonic() + KILLED_S
         if group_members(self.pid):
             with suppress(ProcessLookupError, PermissionError):  # just ended; another user's
@@ -112,6 +114,7 @@ class Child:
         self._reading.cancel()
         while (left := group_members(self.pid)) and time.monotonic() < end_s:  # noqa: ASYNC110 - no event tells
             await asyncio.sleep(LOOK_AGAIN_S)
+        self._group_is_gone = self.ended and not left
         return left
 
     async def _watch(self, handle: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.scheduling import realtime_words
 from fairlead.deploy.service_spec import EXTERNAL
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.paths import gate_binary, gate_config
 from fairlead.plugins import HALS
 from fairlead.robot.manifest import load_robot
@@ -57,6 +58,9 @@ def _program(deployment: Deployment, service: str) -> list[str]:
     spec = deployment.services[service]
     if spec.command:
         program, *words = spec.command
+        if program != "python" and shutil.which(program) is None:
+            who = f"service {service}: command"
+            raise ConfigError(expected(who, "a program that this user may run", repr(program)))
         return [sys.executable if program == "python" else program, *words]
     if spec.run == EXTERNAL:
         raise ConfigError(f"service {service}: run is {EXTERNAL}: somebody else starts it")

@@ -21,7 +21,7 @@ import yaml
 from fairlead.deploy.credentials import forget_secrets
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
-from fairlead.errors import ConfigError, FairleadError, ServiceError
+from fairlead.errors import ConfigError, FairleadError, ServiceError, expected
 from fairlead.operate.blocking import LoopThread
 from fairlead.operate.client import RobotClient
 from fairlead_tools.supervisor import Supervisor
@@ -67,6 +67,9 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
             holds what was not made here, or another run uses it.
     """
     original = load_deployment(source)
+    if original.profile != "sim" and options.hal is None:  # its HAL would drive the real one
+        who = f"deployment {original.id}: a copy of the robot"
+        raise ConfigError(expected(who, "profile sim", original.profile))
     services = original.model_dump(mode="json")["services"]
     if options.hal is not None:
         services[original.hal] = dict(options.hal)

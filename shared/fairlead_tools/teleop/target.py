@@ -18,6 +18,8 @@ NEARER = 0.3
 """Of the way that is left, the most that is asked for in one row."""
 STALLED_S = 2.0
 """So long without coming nearer, and it is given up."""
+LEAST = 0.1
+"""Of the tolerance: who comes nearer by so much gets on, however far it still is."""
 LATE_S = 0.1
 """A tick's transforms come within a moment of its joints."""
 SETTLED = 5
@@ -62,7 +64,7 @@ class Target:
         self.is_there = bool((np.abs(left) <= self._tolerance).all())
         self._settled = self._settled + 1 if self.is_there else 0
         far = float(np.max(np.abs(left) / self._tolerance))
-        if far < 0.99 * self._nearest:
+        if far < self._nearest - min(LEAST, 0.01 * self._nearest):
             self._nearest, self._nearer_s = far, now_s
         wish: Wish = "quit" if self._settled > SETTLED else self._given_up(now_s)
         share = NEARER * left / (self._drive.full * self._speed)
@@ -124,6 +126,7 @@ class BaseWay:
     def __init__(self, drive: Drive, base_frame: str) -> None:
         self._names, self._frame = drive.names, base_frame
         self._start: tuple[float, float, float] | None = None
+        self._turned = 0.0
 
     def __call__(self, tick: Tick) -> FloatArray:
         """Per axis of the drive; axes off the floor's plane stay 0."""
@@ -133,7 +136,8 @@ class BaseWay:
         x0, y0, yaw0 = self._start
         c, s = math.cos(yaw0), math.sin(yaw0)
         ahead, left = c * (x - x0) + s * (y - y0), c * (y - y0) - s * (x - x0)
-        come = {"x": ahead, "y": left, "rz": math.remainder(yaw - yaw0, math.tau)}
+        self._turned += math.remainder(yaw - yaw0 - self._turned, math.tau)  # over whole turns
+        come = {"x": ahead, "y": left, "rz": self._turned}
         return np.array([come.get(name, 0.0) for name in self._names])
 
 

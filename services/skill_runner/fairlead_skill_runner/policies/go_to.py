@@ -132,6 +132,8 @@ class GoToPolicy:
         if still and self._is_there(pose):
             x, y, yaw = pose
             return Done(f"the base is at {x:.2f} {y:.2f} {yaw:.2f} in {self._frame}")
+        if any(part.hold for part in observation.executed.values()):
+            self._plan = {}  # nothing of it acts
         acting = (observation.tick - 1 - self._plan_tick) // observation.periods
         self._plan_tick = observation.tick
         return self._rows(acting, pose)

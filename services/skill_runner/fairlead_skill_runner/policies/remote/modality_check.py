@@ -65,4 +65,9 @@ def _time_problems(modalities: Mapping[str, Modality], skill: SkillManifest) -> 
         problems.append(
             f"horizon: it gives {len(action.delta_indices)} rows, the skill takes {skill.horizon}"
         )
+    if action is not None and action.delta_indices != tuple(range(len(action.delta_indices))):
+        problems.append(
+            f"rate_hz: it gives rows at deltas {list(action.delta_indices)}, the skill takes one "
+            "for each period, from 0 on"
+        )
     return problems

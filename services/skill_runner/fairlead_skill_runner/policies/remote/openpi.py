@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from typing import Self
 
 from pydantic import Field, JsonValue
 from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from fairlead.errors import PolicyError, expected
+from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.policy import Actions, Observation, ServerAddress
+from fairlead.skill.deltas import NOW
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
@@ -26,6 +27,7 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     output_of,
     refused_key,
     say,
+    taken_server,
     warm_up_observation,
 )
 
@@ -34,6 +36,8 @@ ADDRESS = ServerAddress(r"^wss?://[^/\s]+(/\S*)?$", "ws://127.0.0.1:8000")
 _MESSAGE_MAX_BYTES = 64 * 2**20
 _CLOSE_TIMEOUT_S = 0.2
 _NO_ACCESS = (401, 403)
+_LATER = 1013
+"""How a websocket is closed by a server that has no room for another client."""
 
 
 class OpenpiOptions(RemoteOptions):
@@ -92,6 +96,8 @@ class OpenpiPolicy:
         self._dial()
         if was_ended:
             self._warm_up()
+            self._close()  # a server may remember what a connection has shown it
+            self._dial()
 
     def _server_ended(self) -> bool:
         if self._link is None:
@@ -141,6 +147,8 @@ class OpenpiPolicy:
             raise
         except (OSError, InvalidHandshake, ConnectionClosed) as error:
             self._close()
+            if isinstance(error, ConnectionClosed) and error.rcvd and error.rcvd.code == _LATER:
+                raise taken_server(WHO, options, error.rcvd.reason) from None
             if isinstance(error, InvalidStatus) and error.response.status_code in _NO_ACCESS:
                 raise refused_key(WHO, options, str(error)) from None
             raise no_server(WHO, self._skill, options, error) from None
@@ -151,6 +159,8 @@ class OpenpiPolicy:
             metadata = greeting if isinstance(greeting, str) else decode(greeting)
         except NO_MESSAGE:
             metadata = greeting
+        if isinstance(metadata, str):  # as openpi says that something failed
+            raise PolicyError(f"{WHO}: {self._options.address} failed: {_error_line(metadata)}")
         if not isinstance(metadata, dict):
             got = f"{type(metadata).__name__} of {len(greeting)} bytes"
             what = f"openpi's metadata, a map, first from {self._options.address}"
@@ -189,6 +199,7 @@ class OpenpiPolicy:
             raise PolicyError(f"{WHO}: asked without a connection")
         address = self._options.address
         try:
+            self._hear_nothing(self._link, address)
             self._link.send(request)
             reply = self._link.recv(timeout=timeout_s)
         except TimeoutError:
@@ -205,6 +216,12 @@ class OpenpiPolicy:
             return decode(reply)
         except NO_MESSAGE as error:
             raise PolicyError(f"{WHO}: {address} answered no message: {error}") from None
+
+    def _hear_nothing(self, link: ClientConnection, address: str) -> None:
+        """Before a question: an answer too many would be taken for its own."""
+        with suppress(TimeoutError):
+            link.recv(timeout=0)
+            raise PolicyError(f"{WHO}: {address} sent a message that nobody asked for")
 
     def _close(self) -> None:
         self._open.close()
@@ -224,4 +241,12 @@ def check_openpi_options(skill: SkillManifest, options: Mapping[str, JsonValue])
     Raises:
         ConfigError: for options that do not fit, alone or with the skill.
     """
-    return check_remote_options(WHO, OpenpiOptions, options, skill)
+    checked = check_remote_options(WHO, OpenpiOptions, options, skill)
+    for name, image in skill.images.items():
+        if image.deltas != NOW:
+            what = f"images.{name}: deltas {list(NOW)}, as openpi takes one frame of each picture"
+            raise ConfigError(expected(WHO, what, list(image.deltas)))
+    names = [checked.state_key, checked.prompt_key, *skill.images]
+    if len(set(names)) < len(names):
+        raise ConfigError(expected(WHO, "another name for state, prompt and each picture", names))
+    return checked

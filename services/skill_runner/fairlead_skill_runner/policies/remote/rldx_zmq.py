@@ -219,6 +219,9 @@ def check_rldx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -
 
 def _check_widths(options: RldxOptions, skill: SkillManifest) -> None:
     """State and actions must be the skill's contracts, no more and no less."""
+    names = [action.name for action in options.actions]
+    if len(set(names)) < len(names):
+        raise ConfigError(expected(f"{WHO}: actions", "each name once", names))
     width = sum(action.width for action in options.actions)
     if width != skill.action_contract.dim:
         raise ConfigError(

@@ -125,6 +125,14 @@ def busy_server(
     )
 
 
+def taken_server(who: str, options: RemoteOptions, said: str) -> PolicyError:
+    """The server takes one client at a time, and has one."""
+    return PolicyError(
+        f"{who}: {options.address} has no room: {said}; the policy of another skill, or another "
+        "runner, is still connected to it"
+    )
+
+
 def refused_key(who: str, options: RemoteOptions, said: str) -> PolicyError:
     """The server wants a key, or another one."""
     way = (

@@ -122,6 +122,9 @@ class ZmqLink:
             self.close()
             address = self._options.address
             raise PolicyError(f"{WHO}: {address} answered no message: {error}") from None
+        if self._monitor is not None and self._monitor.poll(0):
+            self.close()  # ZeroMQ dials anew silently: this may be another server's answer
+            raise PolicyError(f"{WHO}: {self._options.address}: the link was lost meanwhile")
         if isinstance(reply, dict) and "error" in reply:
             failed = ServerError(self._options, str(reply["error"]))
             if not failed.said.startswith(keep):
