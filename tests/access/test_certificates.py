@@ -12,64 +12,30 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from cryptography import x509
 from cryptography.x509.oid import ExtendedKeyUsageOID
 
 from bench.equipment.live_robot import wait_for
 from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.certificates import certified_endpoint, read_certificate
-from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.shared_router import router_endpoints
 from fairlead.errors import ConfigError, TransportError
-from fairlead.paths import ACCESS_VARIABLE, repo_root
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.session import ZenohBus
 from fairlead_tools.certificates.authority import Authority
 from fairlead_tools.deploy.host_report import report_this
-from fairlead_tools.supervisor.this_host import free_ports
+from tests.access.certified import DAYS, NOW, trusted
 from tests.cli.command import fairlead_here
 
-SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
-NOW = datetime.now(UTC)
 LONG_AGO = NOW - timedelta(days=400)
-DAYS = 365
 SOON = timedelta(seconds=2)
 ROBOT = {"router", "hal", "safety", "state_assembler", "operator"}
 GPU = {"runner", "operator"}
 
 
-@pytest.fixture
-def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.setenv(ACCESS_VARIABLE, str(tmp_path / "access"))
-    content = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
-    content |= {"hosts": {"robot": "127.0.0.1", "gpu": "127.0.0.2"}, "id": "certified"}
-    content["router"]["port"] = free_ports(1)[0]
-    path = tmp_path / "deployment.yaml"
-    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    return path
-
-
-@pytest.fixture
-def deployment(file: Path) -> Deployment:
-    return load_deployment(file)
-
-
-@pytest.fixture
-def authority(deployment: Deployment) -> Authority:
-    authority = Authority(deployment)
-    authority.new(NOW, DAYS)
-    return authority
-
-
 def names(folder: Path, pattern: str = "*.pem") -> set[str]:
     return {file.name.removesuffix(".pem") for file in folder.glob(pattern)}
-
-
-def trusted(authority: Authority) -> set[str]:
-    """Whom the router lets in: the names of who signed for them."""
-    found = x509.load_pem_x509_certificates((authority.folder / "robot/clients.ca").read_bytes())
-    return {one.subject.rfc4514_string() for one in found}
 
 
 def test_each_host_gets_its_own_for_this_user_alone(authority: Authority) -> None:
@@ -229,7 +195,7 @@ def test_the_commands_say_what_they_did_and_what_to_copy(file: Path, tmp_path: P
     assert f"  rsync -a --mkpath {folder}/ 127.0.0.2:{folder}/\n" in made
     shown = certs("show")
     assert shown.count(" valid") == len(ROBOT) + len(GPU)
-    assert re.search(r"mark [0-9a-f]{12}: the same on every host\n$", shown)
+    assert re.search(r"mark [0-9a-f]{12}: the same on every host;", shown)
     assert certs("renew", "gpu/runner", "--days", "10").startswith("renewed gpu/runner\n")
     assert "ends in 9 days; where it was made: fairlead certs renew" in certs("show")
     states = {one["name"]: one["state"] for one in json.loads(certs("show", "--json"))}

@@ -18,7 +18,8 @@ from fairlead.errors import ConfigError
 from fairlead.messages import GateState, StopLevel
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Qos
-from fairlead_tools.cli.evaluate import parse_seeds, wilson
+from fairlead_tools.cli.eval_episodes import Episode
+from fairlead_tools.cli.evaluate import _print, parse_seeds, wilson
 from fairlead_tools.supervisor.scratch import (
     ScratchOptions,
     ScratchRobot,
@@ -91,6 +92,30 @@ def test_an_episode_starts_without_a_goal_and_is_confirmed(
     assert told is not None, done.stdout
     assert robot.client.hal_status().episode_tick == int(told[1])
     assert robot.client.gate_status().state == GateState.DISARMED
+
+
+def ended(seed: int, outcome: str, why: str, by: str = "runner") -> Episode:
+    return Episode(seed, outcome, by, why, 9, {}, 0, 0, 1, 9, 1)
+
+
+def test_what_ended_by_an_error_is_no_trial_and_is_said(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    done = [
+        ended(0, "succeeded", "", "task"),
+        ended(1, "succeeded", "", "policy"),
+        ended(2, "deadline", "deadline: not done after 9 ticks"),
+        ended(3, "failed", "policy_error: no policy server at ws://gpu", "policy"),
+        ended(4, "cancelled", "cancelled: cancelled by ada", "operator"),
+        ended(5, "failed", "stalled: no rows released for 30.0 s"),
+    ]
+    assert [one.is_trial for one in done] == [True, True, True, False, False, True]
+    _print(SKILL, range(6), done, None, None, False)
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith(
+        f"{SKILL}: 2 of 4 succeeded, 2 not counted: they ended before the skill could show "
+        "(1 by the policy's own word); 95 % interval 15 to 85 %"
+    )
 
 
 @pytest.mark.processes

@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 import yaml
 
+from fairlead.deploy.service_manager import NOTIFY_VARIABLE
 from fairlead.errors import TransportError
 from fairlead.operate.asker import OPERATOR_VARIABLE
 from fairlead.paths import repo_root
@@ -143,6 +144,43 @@ def test_a_robot_is_stopped_also_when_its_file_cannot_be_read_any_more(
     stopped = fairlead("stop", state=gates[0].state)
     assert stopped.returncode == 0, stopped.stderr
     assert stopped.stdout.startswith(f"stopped {gates[0].id};")
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("edit", ["ports", "id"])
+def test_a_robot_is_stopped_as_it_was_started_whatever_its_file_says_now(
+    edit: str, gates: list[Gate], tmp_path: Path
+) -> None:
+    gates.append(Gate("one", tmp_path))
+    content = yaml.safe_load(gates[0].file.read_text(encoding="utf-8"))
+    if edit == "id":
+        content["id"] = "renamed"
+    else:
+        for spec in content["services"].values():
+            spec["listen"] = f"tcp/127.0.0.1:{int(spec['listen'].rpartition(':')[2]) + 1}"
+    gates[0].file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    stopped = fairlead("stop", state=gates[0].state)
+    assert stopped.returncode == 0, stopped.stderr
+    assert stopped.stdout.startswith(f"stopped {gates[0].id};")
+
+
+@pytest.mark.processes
+def test_what_a_service_manager_starts_again_is_its_own_to_end(
+    gates: list[Gate], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = os.umask(0o022)
+    monkeypatch.setenv(NOTIFY_VARIABLE, str(tmp_path / "nobody"))
+    try:
+        gates.append(Gate("one", tmp_path))
+    finally:
+        os.umask(before)
+    ended = fairlead("down", state=gates[0].state)
+    assert ended.returncode == 1
+    assert "systemd would start safety again" in ended.stderr
+    assert f"sudo systemctl stop 'fairlead-{gates[0].id}*'" in ended.stderr
+    assert gates[0].process.poll() is None
+    for path in gates[0].state.rglob("*"):
+        assert path.stat().st_mode & 0o077 == 0 or path.is_symlink(), path
 
 
 @pytest.mark.processes

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from pathlib import Path
+
+import msgspec
 import pytest
 
-from fairlead.hal.lease_follower import SECOND_GATE, LeaseFollower
+from fairlead.errors import ConfigError
+from fairlead.hal.identity import gate_limits
+from fairlead.hal.lease_follower import OTHER_LIMITS, SECOND_GATE, LeaseFollower
 from fairlead.messages import Lease
+from fairlead.paths import gate_config
+from fairlead.robot.manifest import load_robot
 from tests.hal.gate_messages import EPOCH, MS, SESSION, grant, lease
 
 LEFT = "lease of an epoch already left"
@@ -108,3 +117,31 @@ def test_a_grant_of_another_epoch_than_the_rows_does_not_count(follower: LeaseFo
     follow(follower, lease(1, 1, [grant(9)]))
     assert follower.grant(501, EPOCH, 9) is not None
     assert follower.grant(501, EPOCH + 1, 9) is None
+
+
+def test_a_gate_that_judges_by_other_limits_grants_nothing() -> None:
+    limits, other = bytes([1]) * 32, bytes([2]) * 32
+    follower = LeaseFollower(SESSION, limits)
+    good, bad = (msgspec.structs.replace(lease(1, 1), config_hash=one) for one in (limits, other))
+    assert follow(follower, bad) == [OTHER_LIMITS]
+    assert follower.newest is None
+    assert follow(follower, good, bad) == ["", SECOND_GATE]  # which lives beside the right one
+    assert follower.offer(bad, 300 * MS) == OTHER_LIMITS  # in its place
+    assert follower.newest == good
+
+
+def test_the_limits_are_those_of_the_gate_file_made_of_the_robot_as_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, file = load_robot("panda"), gate_config("panda", "sim")
+    assert gate_limits(robot, "sim") == hashlib.sha256(file.read_bytes()).digest()
+    made, text = tmp_path / "gate.sim.json", file.read_text(encoding="utf-8")
+    monkeypatch.setattr("fairlead.hal.identity.gate_config", lambda *_: made)
+    assert gate_limits(robot, "sim") == b""
+    digest = json.loads(text)["compiled_from"]["robot.yaml"]
+    made.write_text(text.replace(digest, "0" * 64), encoding="utf-8")  # robot.yaml was edited since
+    with pytest.raises(ConfigError, match="of other files than today's.*fairlead robot compile"):
+        gate_limits(robot, "sim")
+    made.write_text("{", encoding="utf-8")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        gate_limits(robot, "sim")

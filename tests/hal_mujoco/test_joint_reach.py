@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from bench.equipment.live_robot import wait_for
 from bench.equipment.motion_log import MotionLog
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
@@ -45,9 +46,10 @@ def reach(robot: ScratchRobot, seed: int) -> tuple[GoalResult, FloatArray]:
     wish = GoalOptions(SKILL, deadline_ticks=DEADLINE_TICKS, stall_timeout_s=10.0)
     result = run_goal(client, wish).result
     client.disarm()
-    subscription.undeclare()
     assert result is not None
-    last = max((s for s in states if s.tick <= result.last_tick), key=lambda s: s.tick)
+    wait_for(lambda: any(s.tick == result.last_tick for s in states), "the state of the last tick")
+    subscription.undeclare()
+    last = next(s for s in states if s.tick == result.last_tick)
     return result, floats(last.positions)[:n_dof]
 
 

@@ -18,6 +18,9 @@ from fairlead.paths import deployment_path, repo_root, robot_dir
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.measure.driven_robot import DrivenRobot, simulated_deployment
 from fairlead_tools.measure.drives import modes_of, together
+from fairlead_tools.measure.joints import watched_ticks
+from fairlead_tools.measure.measurement import measure_gently
+from fairlead_tools.measure.report import document
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 from fairlead_tools.measure.rows import FullScaleRows
 from fairlead_tools.measure.tracking import hull_distances
@@ -110,6 +113,24 @@ def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -
     assert after.state == GateState.DISARMED and not after.claims
     assert 0.2 < found["joints"]["elbow_flex"]["told_per_s"] < 0.9
     assert len(found["proposed"]["parts"]["arm"]["joint_position"]["tracking_limits"]) == 5
+
+
+def test_after_a_gentle_drive_no_limit_is_tighter_than_declared() -> None:
+    """Nobody saw what full scale does; and a stop is watched for as long as it may take."""
+    driven = DrivenRobot("so101", load_deployment(deployment_path("so101_mujoco")))
+    found = document(measure_gently(driven, 0.1, lambda text: None))
+    declared = driven.robot.profile(driven.profile)
+    for name, block in found["proposed"]["measured"].items():
+        limits = declared.measured[name]
+        for key in ("jump_per_tick", "contact_limit", "dead_band_per_tick"):
+            assert block[key] >= (getattr(limits, key) or 0.0), (name, key)
+        assert "at 0.1 of full scale" in block["source"]
+    arm = found["proposed"]["parts"]["arm"]["joint_position"]["tracking_limits"]
+    mode = declared.parts["arm"].joint_position
+    assert mode is not None and list(arm) >= list(mode.tracking_limits)
+    assert found["proposed"]["protocol"]["stop_ramp_ms"] >= declared.protocol.stop_ramp_ms
+    assert any(text.startswith("driven at 0.1 of full scale") for text in found["findings"])
+    assert watched_ticks(driven) * driven.period_s >= 2e-3 * declared.protocol.stop_ramp_ms
 
 
 def test_an_impact_within_a_tick_is_not_the_servos_lag() -> None:

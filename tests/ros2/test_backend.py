@@ -20,9 +20,8 @@ from fairlead.ros2.messages import JOINT_STATE, MessageTypes
 from fairlead_hal_ros2.joint_states import JointStates
 from fairlead_hal_ros2.options import Ros2Options
 from fairlead_hal_ros2.ros2_backend import REST_PERIODS, Ros2Backend
+from tests.ros2.mobile_options import mobile_options
 from tests.ros2.ros_process import FINGERS, JOINTS, NAMES, RosProcess, StartRos, panda_options
-
-BASE = ("base_x", "base_y", "base_yaw")
 
 
 @pytest.fixture(scope="module")
@@ -31,18 +30,6 @@ def mobile() -> RobotManifest:
     robot = load_robot("panda_mobile")
     kept = tuple(part for part in robot.parts if part.name in ("base", "gripper"))
     return robot.model_copy(update={"parts": kept})
-
-
-def mobile_options(router: str, **changes: Any) -> Ros2Options:
-    data = {
-        "router": router,
-        "joints": NAMES,
-        "parts": {"gripper": {"positions": "/gripper/commands"}},
-        "base": {"child_frame": "base_footprint"},
-        "frames": {"object": "map"},
-        "without_effort": [*BASE, "torso_height"],
-    }
-    return checked_model("options", Ros2Options, data | changes)
 
 
 Connect = Callable[[RobotManifest, Ros2Options], Ros2Backend]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.policy import Done, Failed, Observation, PastAnswer
+from fairlead.policy import Done, Executed, Failed, Observation, PastAnswer
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.surroundings import BaseSurroundings, zone_breach
 from fairlead.skill.manifest import SkillManifest, load_skill
@@ -138,6 +138,18 @@ def test_rows_of_several_periods_go_on_with_the_rates_of_the_row_that_acts() -> 
     second = driving.infer(replace(seen("1.5 0 0", tick=18), answers=(answer,)))
     assert isinstance(second, np.ndarray)
     np.testing.assert_array_equal(second[0], first[4])  # from row 3 on
+
+
+def test_after_a_hold_it_begins_from_standstill() -> None:
+    """Else answers that are refused, tick after tick, grow to full speed for a base that stands."""
+    planner, held = policy(), {"base": Executed("no_row", None)}
+    planner.reset()
+    first = []
+    for tick in range(1, 13):
+        rows = planner.infer(replace(seen("1.0 0.0 0.0", tick=tick), executed=held))
+        assert isinstance(rows, np.ndarray)
+        first.append(rows[0, 0])
+    np.testing.assert_array_equal(first, first[0])
 
 
 def test_a_skill_that_is_not_driven_like_this_is_refused_by_name() -> None:

@@ -74,6 +74,12 @@ def test_a_server_elsewhere_may_want_a_key() -> None:
     options = check_runner_options("runner", {"servers": {PI05: told}})
     own = offered(options)[PI05]
     assert options.policy(own).options == {**own.policy.options, **told}
+    keyed = own.policy.model_copy(
+        update={"options": {**own.policy.options, "api_key_env": "OWN_KEY"}}
+    )
+    with_key = own.model_copy(update={"policy": keyed})
+    other = check_runner_options("runner", {"servers": {PI05: "ws://gpu:9000"}})
+    assert "api_key_env" not in other.policy(with_key).options, "whose it is, it stays with"
 
 
 @pytest.mark.parametrize(

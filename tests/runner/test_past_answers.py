@@ -118,6 +118,18 @@ def test_only_the_newest_answers_are_remembered() -> None:
     assert [one.tick for one in past] == sorted(one.tick for one in past)
 
 
+def test_rows_that_act_for_long_are_told_whatever_was_refused_since() -> None:
+    """A policy that continues its rows would begin anew where it is told that none will act."""
+    run = begun()
+    run.judge(first=11)
+    for tick in range(11, 17):
+        run.core._feedback.on_answer(tick, ROWS, 8)
+    seen = told(run, 12)
+    assert len(seen.answers) == MAX_ANSWERS
+    assert seen.answers[0].tick == 10
+    assert len(seen.rows_to_act()) > 0
+
+
 def test_the_worker_gets_all_of_it_bit_for_bit() -> None:
     rng = np.random.default_rng(1)
     frames = rng.integers(0, 256, (4, 6, 5, 3)).astype(np.uint8)

@@ -106,10 +106,10 @@ def test_only_one_place_for_the_key(guarded: tuple[str, str]) -> None:
 
 @pytest.mark.parametrize(
     ("greeting", "got"),
-    [("hello", "str of 5 bytes"), (b"\xc1", "bytes of 1 bytes"), (b"\x07", "int of 1 bytes")],
+    [(b"\xc1", "bytes of 1 bytes"), (b"\x07", "int of 1 bytes")],
 )
 def test_something_that_greets_otherwise_is_no_openpi_server(
-    closing: list[Any], greeting: str | bytes, got: str
+    closing: list[Any], greeting: bytes, got: str
 ) -> None:
     server = OpenpiServer(lambda request, n: openpi_actions(ROWS), greeting=greeting)
     closing.append(server)
@@ -117,6 +117,14 @@ def test_something_that_greets_otherwise_is_no_openpi_server(
     assert text == (
         f"openpi policy: expected openpi's metadata, a map, first from {server.address}, got {got}"
     )
+
+
+def test_a_server_that_fails_as_it_greets_says_why(closing: list[Any]) -> None:
+    said = "Traceback (most recent call last):\n  ...\nRuntimeError: CUDA out of memory"
+    server = OpenpiServer(lambda request, n: openpi_actions(ROWS), greeting=said)
+    closing.append(server)
+    text = failure(lambda: load((PI05, server.address)))
+    assert text == f"openpi policy: {server.address} failed: RuntimeError: CUDA out of memory"
 
 
 def test_what_openpi_s_server_says_of_itself_and_answers_to_a_probe_is_in_the_log(

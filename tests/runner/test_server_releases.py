@@ -119,6 +119,16 @@ def test_a_server_of_another_policy_is_refused_at_load_with_every_difference(
     assert server.requests == [], "it is not even asked"
 
 
+@pytest.mark.parametrize("deltas", [[0, 2, 4, 6], [1, 2, 3, 4]])
+def test_rows_of_other_times_than_one_a_period_are_refused(
+    deltas: list[int], server: RldxServer, asked: Load
+) -> None:
+    config = modality_config(**FITTING)
+    config["action"]["as_json"]["delta_indices"] = deltas
+    said = failure(lambda: asked(server, config))
+    assert f"rate_hz: it gives rows at deltas {deltas}, the skill takes one for each" in said
+
+
 def test_states_of_the_past_which_no_skill_sends_are_refused(
     server: RldxServer, asked: Load
 ) -> None:

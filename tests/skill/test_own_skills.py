@@ -6,6 +6,7 @@ import re
 import runpy
 from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ import yaml
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.paths import rskill_dir
 from fairlead.plugins import POLICIES
-from fairlead.policy import Observation
+from fairlead.policy import Actions, Observation
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import find_skill, load_skill, read_skill, skill_ids
@@ -227,28 +228,40 @@ def worker_of(skill: str, workers: list[PolicyWorker]) -> PolicyWorker:
 async def test_the_new_policy_waves_40_rows_then_holds_and_begins_again(
     installed: Path, tmp_path: Path, workers: list[PolicyWorker]
 ) -> None:
-    install_skill(written(tmp_path / "mine"))
+    folder, first = written(tmp_path / "mine"), "import numpy as np\n"
+    edit(folder / "policy.py", first, f"from __future__ import annotations\n{first}")
+    own = "from dataclasses import dataclass\n@dataclass\nclass Sent:\n    rows: int\n"
+    edit(folder / "policy.py", "ROWS = 8", f"{own}ROWS = Sent(8).rows")  # as files may have
+    install_skill(folder)
     worker = worker_of("mine", workers)
     await worker.load()
-    seen = Observation(tick=1, state=np.zeros(9), prompt="wave")
-    rows = np.concatenate([await worker.infer(seen) for _ in range(6)])
+
+    async def asked(tick: int) -> Actions:
+        answer = await worker.infer(Observation(tick=tick, state=np.zeros(9), prompt="wave"))
+        assert isinstance(answer, np.ndarray)
+        return answer
+
+    rows = np.concatenate([await asked(1 + 8 * number) for number in range(6)])
     assert rows.shape == (48, 6) and 0.2 < np.abs(rows).max() <= 0.9 + 1e-6
     assert np.abs(rows[:40, 2]).max() > 0.1
     assert not rows[:, [0, 1, 3, 4, 5]].any() and not rows[40:].any()
     await worker.reset()
-    np.testing.assert_array_equal(await worker.infer(seen), rows[:8])
+    np.testing.assert_array_equal(await asked(11), rows[:8])
+    # Asked early, as in realtime, it says the same of a tick as before.
+    np.testing.assert_array_equal((await asked(16))[:3], rows[5:8])
 
 
 @pytest.mark.processes
 @pytest.mark.asyncio
 async def test_a_policy_file_that_raises_says_so_from_its_own_process(
-    installed: Path, tmp_path: Path, workers: list[PolicyWorker]
+    installed: Path, tmp_path: Path, workers: list[PolicyWorker], capfd: Any
 ) -> None:
     folder = written(tmp_path / "mine")
     edit(folder / "policy.py", "ROWS = 8", "ROWS = 1 // 0")
     install_skill(folder)
     with pytest.raises(PolicyError, match=r"policy\.py: ZeroDivisionError"):
         await worker_of("mine", workers).load()
+    assert 'policy.py", line' in capfd.readouterr().err, "which is the runner's log"
 
 
 def test_the_commands_refuse_an_existing_folder_and_a_folder_without_a_skill(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +16,9 @@ import pytest
 from bench.equipment.emulated_arm import EmulatedArm, emulated_arm
 from bench.equipment.live_robot import wait_for
 from fairlead.errors import ConfigError, FairleadError, HardwareError
-from fairlead.paths import repo_root
+from fairlead.hal.backend import NotCarriedOutError
+from fairlead.hal.frame_check import check_frames
+from fairlead.paths import repo_root, robot_dir
 from fairlead_hal_so101.calibration import load_calibration
 from tests.so101.arm import HOME, ROBOT, as_delivered, backend, ticks, told
 
@@ -98,8 +103,41 @@ def test_single_errors_of_the_bus_are_no_fault(sound: EmulatedArm, file: Path) -
     with backend(sound.port, file, answer_timeout_s=0.1) as hal:
         for line in ("noise 0.05", "noise 0", "lose 0.02", "lose 0", "late 0.02 150"):
             sound.order(line)
-            ticks(hal, 25)
+            for _ in range(25):
+                with suppress(NotCarriedOutError):
+                    ticks(hal, 1)
         assert hal.read().positions == pytest.approx(HOME, abs=0.1)
+
+
+def test_rows_that_the_bus_lost_are_no_rows_that_acted(sound: EmulatedArm, file: Path) -> None:
+    with backend(sound.port, file, answer_timeout_s=0.1) as hal:
+        hal.read()
+        sound.order("lose 1")
+        hal.read()
+        with pytest.raises(NotCarriedOutError, match="nothing was measured, so nothing is told"):
+            hal.apply(told(0.03))
+        hal.apply({})  # to hold needs no word: each stays at its goal
+        sound.order("lose 0")
+        hal.read()
+        hal.apply({})
+        assert hal._setpoints.positions[0] == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_model_that_is_not_the_described_arm_is_refused(
+    sound: EmulatedArm, file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copied = shutil.copytree(robot_dir("so101"), tmp_path / "so101")
+    model = copied / "so101.xml"
+    text = model.read_text(encoding="utf-8")
+    link = re.search(r'<body name="wrist_link" pos="([-\d.e]+)', text)
+    assert link is not None
+    moved = link[0].replace(link[1], f"{float(link[1]) + 0.005}")
+    model.write_text(text.replace(link[0], moved), encoding="utf-8")
+    monkeypatch.setattr("fairlead.hal.model_kinematics.robot_dir", lambda _: copied)
+    with backend(sound.port, file) as hal:
+        here = hal.read().positions
+        with pytest.raises(ConfigError, match="frame wrist_link: 5 mm"):
+            check_frames(ROBOT, hal, here, "hal", stands="the start")
 
 
 @pytest.mark.parametrize("off", [False, True])

@@ -9,6 +9,7 @@ import pytest
 from bench.equipment.emulated_arm import EmulatedArm
 from bench.equipment.live_robot import wait_for
 from fairlead.errors import FairleadError, HardwareError
+from fairlead.hal.backend import NotCarriedOutError
 from tests.so101.arm import backend, heard_ticks, ticks, told
 
 pytestmark = pytest.mark.processes
@@ -52,7 +53,8 @@ def test_a_tick_that_measured_nothing_tells_nothing(sound: EmulatedArm, file: Pa
         sound.order("lose 1")
         hal.read()
         sound.order("dip")
-        hal.apply(told())
+        with pytest.raises(NotCarriedOutError):
+            hal.apply(told())
         sound.order("lose 0")
         with pytest.raises(HardwareError, match="no torque: brown-out or reset"):
             hal.read()

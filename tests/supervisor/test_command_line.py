@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ConfigError
 from fairlead.paths import gate_binary, gate_config, repo_root
 from fairlead_tools.supervisor.command_line import (
     new_state_command,
@@ -73,3 +74,16 @@ def test_numeric_libraries_get_one_thread_unless_the_caller_says_otherwise(
     assert service_environment()["OMP_NUM_THREADS"] == "1"
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     assert service_environment()["OMP_NUM_THREADS"] == "3"
+
+
+def test_a_program_that_is_not_there_is_said_before_the_start() -> None:
+    deployment = load_deployment(FILE)
+    hal = deployment.services["hal"].model_copy(
+        update={"command": ("no-such-hal", "--fast"), "run": "", "options": {}}
+    )
+    other = deployment.model_copy(update={"services": {**deployment.services, "hal": hal}})
+    with pytest.raises(ConfigError, match="service hal: command: expected a program that this us"):
+        service_command(FILE, other, "hal", Path("/state/hal"))
+    found = hal.model_copy(update={"command": ("sh", "-c")})
+    other = deployment.model_copy(update={"services": {**deployment.services, "hal": found}})
+    assert service_command(FILE, other, "hal", Path("/state/hal"))[:2] == ["sh", "-c"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.paths import repo_root
+from fairlead.paths import deployment_path, repo_root
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
@@ -33,3 +33,9 @@ def test_a_file_where_the_folder_should_be_is_a_clear_error(tmp_path: Path) -> N
     (tmp_path / "state").write_text("", encoding="utf-8")
     with pytest.raises(ConfigError, match="cannot be made anew: File exists"):
         make_scratch(SOURCE, tmp_path / "state", ScratchOptions())
+
+
+def test_a_copy_of_a_real_robot_would_drive_the_real_one(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="a copy of the robot: expected profile sim, got hardw"):
+        make_scratch(deployment_path("so101"), tmp_path / "copy", ScratchOptions())
+    assert not (tmp_path / "copy").exists()

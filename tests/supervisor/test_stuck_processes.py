@@ -98,3 +98,16 @@ async def test_a_kernel_that_does_not_say_what_runs_ends_no_other_service(bench:
         assert "Too many open files" in said
     assert await bench.event("ready") == "hal is ready again"
     assert bench.supervisor.pid("runner") == runner
+
+
+async def test_a_group_that_has_ended_is_not_killed_again_when_its_number_is_anothers(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await bench.start()
+    child = bench.supervisor._slots["runner"].child
+    assert await child.kill_group() == []
+    killed: list[int] = []
+    monkeypatch.setattr("fairlead_tools.supervisor.child.group_members", lambda _: [4711])
+    monkeypatch.setattr(os, "killpg", lambda group, _: killed.append(group))
+    assert await child.kill_group() == []
+    assert killed == []

@@ -11,7 +11,10 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.registry import running_name
 from fairlead.paths import deployment_path
+from fairlead_tools.deploy.systemd_units import systemd_units
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 
@@ -36,7 +39,7 @@ def units(folder: Path, *options: str) -> list[Path]:
 @pytest.mark.skipif(ANALYZE is None, reason="no systemd-analyze here")
 def test_systemd_takes_the_units_and_finds_them_hardened(tmp_path: Path) -> None:
     found = units(tmp_path / "units")
-    names = [file.stem.removeprefix("fairlead-panda_mobile-") for file in found]
+    names = [file.stem.removeprefix("fairlead-panda_mobile@") for file in found]
     assert names == ["hal", "router", "safety", "state_assembler"]
     assert ANALYZE is not None
     verified = subprocess.run(
@@ -134,3 +137,39 @@ def test_a_service_says_when_it_is_ready_and_that_it_goes_on(
                 process.terminate()
     assert process.returncode == 0
     assert set(told) == {b"READY=1", b"WATCHDOG=1"} and told.count(b"READY=1") == 1
+
+
+def test_no_two_robots_have_a_unit_or_a_home_of_one_name(tmp_path: Path) -> None:
+    base = load_deployment(deployment_path("panda_mobile_sim"))
+
+    def named(robot: str, service: str, namespace: str = "fl") -> Deployment:
+        services = dict(base.services)
+        services[service] = services.pop("hal")
+        return base.model_copy(update={"id": robot, "namespace": namespace, "services": services})
+
+    several = [
+        named("arm", "left-hal"), named("arm-left", "hal"), named("arm", "hal", "lab"),
+        named("lab-arm", "hal"),
+    ]  # fmt: skip
+    texts = [systemd_units(tmp_path / "file", one, None, "fairlead") for one in several]
+    names = [name for units in texts for name in units]
+    assert len(set(names)) == len(names)
+    homes = [
+        {line for text in units.values() for line in text.splitlines() if "StateDirectory=" in line}
+        for units in texts
+    ]
+    assert [len(one) for one in homes] == [1] * 4
+    assert len(set.union(*homes)) == 4
+
+
+@pytest.mark.parametrize("name", ["access", "router", "running"])
+def test_a_robot_is_not_called_as_a_folder_of_all(name: str) -> None:
+    content = yaml.safe_load(deployment_path("panda_mobile_sim").read_text(encoding="utf-8"))
+    with pytest.raises(ValueError, match=f"expected another id: {name} is a folder"):
+        Deployment.model_validate(content | {"id": name})
+
+
+def test_of_a_deployment_on_hosts_each_is_listed_under_a_name_that_no_robot_has() -> None:
+    deployment = load_deployment(deployment_path(FILE))
+    other = deployment.model_copy(update={"id": f"{deployment.id}.gpu"})
+    assert running_name(deployment, "gpu") != running_name(other)

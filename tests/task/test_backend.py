@@ -201,12 +201,6 @@ def test_unknown_names_are_refused_with_the_valid_ones(
         RobosuiteBackend(SimulatorOptions.model_validate(options))
 
 
-def test_a_profile_whose_base_is_told_along_odom_is_not_this_simulators() -> None:
-    what = "hal_sim: panda_mobile: safety.hardware.base.command_frame: expected against_yaw"
-    with pytest.raises(ConfigError, match=f"^{what}, got odom"):
-        DRIVER.equip(load_robot("panda_mobile"), "hardware", HalSimOptions())
-
-
 @pytest.mark.parametrize(
     ("env", "robot", "parts"),
     [

@@ -12,7 +12,7 @@ from fairlead_hal_so101.so101_backend import So101Backend
 def _equip(robot: RobotManifest, profile: str, options: So101Options) -> Equipment:
     calibration = load_calibration(options.calibration, robot)
     backend = So101Backend(robot, profile, options, calibration)
-    return Equipment(backend, frames=backend.frames())
+    return Equipment(backend, frames=backend)
 
 
 DRIVER = HalDriver(So101Options, _equip, realtime_only=True)

@@ -18,7 +18,6 @@ from fairlead.hal.backend import (
 )
 from fairlead.hal.described_part import describe_part
 from fairlead.hal.model_kinematics import robot_kinematics
-from fairlead.hal.mujoco_frames import MujocoFrames
 from fairlead.hal.setpoints import Setpoints
 from fairlead.hal.tool_motion import ToolMotion
 from fairlead.messages import FloatArray
@@ -46,7 +45,7 @@ _SLACK_STEPS = 12
 
 
 class So101Backend:
-    """Implements `fairlead.hal.backend.Backend`.
+    """Implements `fairlead.hal.backend.Backend` and, of its model, `FrameModel`.
 
     Each tick is one read of the bus, of all servos, and one write of all goals. A servo goes to
     its goal no faster than its joint may, also when this process is gone: it then stays there. A
@@ -83,8 +82,9 @@ class So101Backend:
         self._ever_lost = 0
         self._may_write = False
         try:
-            self._kinematics = robot_kinematics(robot, "hal_so101")
-            tools = ToolMotion(robot, profile, self._kinematics)
+            kinematics = robot_kinematics(robot, "hal_so101")
+            self._frames = kinematics.frames()
+            tools = ToolMotion(robot, profile, kinematics)
             self._setpoints = Setpoints(robot, tools, who="hal_so101", profile=profile)
             self._limits = self._limit_servos(profile)
             self._readings = self._first_readings()
@@ -190,9 +190,9 @@ class So101Backend:
         """Nothing to render from."""
         return b""
 
-    def frames(self) -> MujocoFrames:
-        """Where the model that cartesian modes go by has the robot's frames, as it stands."""
-        return self._kinematics.frames(self._positions())
+    def frame_poses(self, positions: FloatArray | None) -> Sequence[FramePose]:
+        """Where the model that cartesian modes go by has the robot's frames."""
+        return self._frames.frame_poses(self._positions() if positions is None else positions)
 
     def close(self) -> None:
         """Torque off where the options say so."""

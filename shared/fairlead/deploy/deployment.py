@@ -26,8 +26,7 @@ from fairlead.plugins import HALS
 from fairlead.wire.endpoints import Endpoints
 from fairlead.yaml_file import load_yaml
 
-_FOLDERS = ("access", "router", "running")
-"""Of what all robots of this machine have in common."""
+_FOLDERS = ("access", "router", "running")  # of what all robots of a machine have in common
 
 
 class Deployment(BaseModel):
@@ -61,7 +60,7 @@ class Deployment(BaseModel):
         if field.field_name == "localiser" and not value:
             return value
         if field.field_name == "id" and value in _FOLDERS:
-            raise ValueError(f"expected another id: {value} is a folder beside those of robots")
+            raise ValueError(f"expected another id: {value} is a folder of all robots")
         try:
             return check_name("deployment", value)
         except ConfigError as error:
@@ -221,10 +220,8 @@ class Deployment(BaseModel):
             ConfigError: if the deployment has none.
         """
         if self.router is None:
-            raise ConfigError(
-                f"deployment {self.id}: has no router: its services are peers on one host; "
-                "see docs/hosts.md"
-            )
+            what = "has no router: its services are peers on one host; see docs/hosts.md"
+            raise ConfigError(f"deployment {self.id}: {what}")
         return self.router
 
     def processes(self, host: str | None) -> list[str]:

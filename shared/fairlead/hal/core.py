@@ -62,23 +62,16 @@ class HalCore:
     The ``on_`` methods return "" if the message was taken, else the reason it was not.
 
     Args:
-        session: the HAL's own session.
-        pacing: ``realtime`` or ``lockstep``.
+        session, limits: as `LeaseFollower` has them.
         part_count: parts of the robot.
         n_dof: commanded joints, the width of joint modes.
         period_ns: the control period.
-        limits: as `LeaseFollower` has it.
     """
 
     def __init__(
-        self,
-        session: int,
-        pacing: Pacing,
-        part_count: int,
-        n_dof: int,
-        period_ns: int,
+        self, session: int, pacing: Pacing, part_count: int, n_dof: int, period_ns: int,
         limits: bytes = b"",
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._session = session
         self._pacing = pacing
         self._part_count = part_count

@@ -62,10 +62,8 @@ class FrameKinematics:
         mujoco.mj_kinematics(self._model, self._copy)
         mujoco.mj_comPos(self._model, self._copy)
 
-    def frames(self, positions: FloatArray) -> MujocoFrames:
-        """All frames of the robot, standing where the commanded joints are at ``positions``."""
-        self.place(positions)
-        self._live.qpos[:] = self._copy.qpos
+    def frames(self) -> MujocoFrames:
+        """All frames of the robot, for positions that it is told."""
         return MujocoFrames(self._model, self._live, self._robot, self.who)
 
     def pose(self, frame: Frame) -> Pose:

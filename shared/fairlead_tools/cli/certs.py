@@ -85,7 +85,7 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
         return
     print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
     marks = {trusted_mark(keys, host) for host in loaded.hosts} - {""}
-    lets_in = trusted_mark(keys, loaded.routed.host, "listen") or "none here"
+    lets_in = trusted_mark(keys, loaded.routed.host, "listen") or "none"
     echo(
         f"in {certificates_dir(keys)}; mark {', '.join(sorted(marks)) or 'none'}: the same on "
         f"every host; whom the router lets in: mark {lets_in}, once it has started again"

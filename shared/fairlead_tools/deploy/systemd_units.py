@@ -102,7 +102,7 @@ def systemd_units(
     named = (
         [deployment.id] if deployment.namespace == "fl" else [deployment.namespace, deployment.id]
     )
-    unit = f"fairlead-{':'.join(named)}"  # names have no colon, but may have a hyphen
+    unit = f"fairlead-{':'.join(named)}"  # names may have a hyphen, but no colon or @
     target = f"{unit}.target"
     units = {target: _TARGET.format(id=deployment.id, host=host or "this machine")}
     gate = deployment.only("safety")
@@ -110,7 +110,7 @@ def systemd_units(
         if name in without:
             continue
         more = "" if name == deployment.hal or name in deployment.runners else _NO_DEVICES
-        units[f"{unit}:{name}.service"] = _service(
+        units[f"{unit}@{name}.service"] = _service(
             deployment.id,
             name,
             ["router", file] if name == ROUTER else ["service", file, name],

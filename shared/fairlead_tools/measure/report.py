@@ -154,19 +154,29 @@ def proposed(found: Measurement) -> dict[str, Any]:
     source = f"measured: fairlead robot measure {robot.id}, {driven.deployment.id}, {hal}"
     if found.share < 1.0:
         source += f", at {found.share:g} of full scale, no tighter than declared before"
-    declared = robot.profile(driven.profile)
+    ramp_ms = math.ceil(10.0 * MARGIN * float(found.stop_s().max(initial=0.0))) * 100
+    if found.unfinished or found.share < 1.0:
+        ramp_ms = max(ramp_ms, robot.profile(driven.profile).protocol.stop_ramp_ms)
+    return {
+        "measured": _joint_limits(found, source),
+        "parts": _mode_limits(found, source),
+        "protocol": {"stop_ramp_ms": ramp_ms},
+    }
 
-    def wide(seen: float, told: float | None) -> float:
-        return seen if found.share == 1.0 or told is None else max(seen, told)
 
+def _wide(found: Measurement, seen: float, told: float | None) -> float:
+    return seen if found.share == 1.0 or told is None else max(seen, told)
+
+
+def _joint_limits(found: Measurement, source: str) -> dict[str, Any]:
+    driven, robot = found.driven, found.driven.robot
     blocks: dict[str, Any] = {}
     for row in joint_rows(found):
         joint = robot.joint(row["joint"])
         floor = 0.005 * joint.velocity_limit
-        told = declared.measured[row["joint"]]
-        block: dict[str, Any] = {
-            "jump_per_tick": wide(_up(row["jump_per_tick"]), told.jump_per_tick)
-        }
+        told = robot.profile(driven.profile).measured[row["joint"]]
+        jump = _wide(found, _up(row["jump_per_tick"]), told.jump_per_tick)
+        block: dict[str, Any] = {"jump_per_tick": jump}
         if joint.has_bounds:
             block["tolerance"] = max(
                 _up(max(row["beyond"], floor * driven.period_s)), _seam(found, row["joint"])
@@ -175,32 +185,33 @@ def proposed(found: Measurement) -> dict[str, Any]:
         if joint in robot.joints:
             most = 1.05 * joint.effort_limit
             effort = _digits(min(_up(row["effort_free"]) or most, most))
-            block["contact_limit"] = wide(effort, told.contact_limit)
+            block["contact_limit"] = _wide(found, effort, told.contact_limit)
             block["encoder_step"] = max(_up(row["change_at_rest"]), 1e-11)
             dead = _up(max(row["dead_band"] or 0.0, 1e-6))
-            block["dead_band_per_tick"] = wide(dead, told.dead_band_per_tick)
+            block["dead_band_per_tick"] = _wide(found, dead, told.dead_band_per_tick)
         blocks[row["joint"]] = {**block, "source": f"{source}, doubled"}
+    return blocks
+
+
+def _mode_limits(found: Measurement, source: str) -> dict[str, Any]:
+    declared = found.driven.robot.profile(found.driven.profile)
     parts: dict[str, Any] = {}
     for row in mode_rows(found):
         at = parts.setdefault(row["part"], {}).setdefault(row["mode"], {})
+        told = getattr(declared.parts[row["part"]], row["mode"])
         seen = row.get("lag", row.get("residual"))
         if row.get("gain") is not None:
-            gain = getattr(getattr(declared.parts[row["part"]], row["mode"]), "gain", None)
-            kept = gain is not None and found.share < 1.0
-            low, high = at.get("gain", gain if kept else row["gain"])
+            kept = found.share < 1.0 and hasattr(told, "gain")
+            low, high = at.get("gain", told.gain if kept else row["gain"])
             at["gain"] = [min(low, row["gain"][0]), max(high, row["gain"][1])]
         if seen is not None:
             key, index = _tracking_key(found, row)
-            limits = getattr(getattr(declared.parts[row["part"]], row["mode"]), key)
             if index is None:
-                at[key] = wide(_up(seen), limits)
+                at[key] = _wide(found, _up(seen), getattr(told, key))
             else:
-                at.setdefault(key, []).append(wide(_up(seen), limits[index]))
+                at.setdefault(key, []).append(_wide(found, _up(seen), getattr(told, key)[index]))
         at["source"] = f"{source}, tracking doubled"
-    ramp_ms = math.ceil(10.0 * MARGIN * float(found.stop_s().max(initial=0.0))) * 100
-    if found.unfinished or found.share < 1.0:
-        ramp_ms = max(ramp_ms, declared.protocol.stop_ramp_ms)
-    return {"measured": blocks, "parts": parts, "protocol": {"stop_ramp_ms": ramp_ms}}
+    return parts
 
 
 def _seam(found: Measurement, joint: str) -> float:

@@ -1,0 +1,63 @@
+"""Who is revoked stays out, whatever becomes of the rest and of the deployment file."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from fairlead.deploy.deployment import Deployment
+from fairlead_tools.certificates.authority import Authority
+from tests.access.certified import DAYS, NOW, trusted
+from tests.cli.command import fairlead_here
+
+
+def test_what_follows_a_revocation_may_fail_and_a_host_may_be_new(
+    authority: Authority, deployment: Deployment
+) -> None:
+    every = trusted(authority)
+    hosts = {**deployment.hosts, "gpu2": "127.0.0.3"}
+    more = Authority(deployment.model_copy(update={"hosts": hosts}))
+    more.revoke([("gpu", "runner")])
+    assert every - trusted(authority) == {"CN=signs gpu/runner,OU=gpu,O=fl/certified"}
+    assert more.places([]) == [p for p in deployment.certified if p != ("gpu", "runner")]
+    more.renew(more.places([]), NOW, DAYS)
+
+
+def test_a_certificate_that_was_not_written_is_made_with_the_key_that_signs(
+    authority: Authority,
+) -> None:
+    every = trusted(authority)
+    (authority.folder / "gpu/runner.pem").unlink()
+    assert authority.new(NOW, DAYS) == [("gpu", "runner")]
+    assert trusted(authority) == every
+
+
+def test_a_host_that_left_the_file_is_revoked_and_comes_back_with_other_keys(
+    authority: Authority, deployment: Deployment, file: Path, tmp_path: Path
+) -> None:
+    hosts = {**deployment.hosts, "laptop": "127.0.0.3"}
+    wider = Authority(deployment.model_copy(update={"hosts": hosts}))
+    laptop = ("laptop", "operator")
+    assert wider.new(NOW, DAYS) == [laptop]
+    before = (authority.folder / "laptop/operator.pem").read_text()
+    every = trusted(authority)
+    assert authority.places(["laptop"]) == [laptop] == authority.left
+    said = fairlead_here("certs", "new", str(file), state=tmp_path).stdout
+    assert "revoked what the file names no more: laptop/operator" in said
+    assert "fairlead restart router" in said
+    assert every - trusted(authority) == {"CN=signs laptop/operator,OU=laptop,O=fl/certified"}
+    assert wider.new(NOW, DAYS) == [laptop]
+    assert (authority.folder / "laptop/operator.pem").read_text() != before
+
+
+def test_show_tells_whom_the_router_lets_in_by_a_mark_of_its_own(
+    authority: Authority, file: Path, tmp_path: Path
+) -> None:
+    def marked() -> str:
+        said = fairlead_here("certs", "show", str(file), state=tmp_path).stdout
+        return re.sub(r"\s+", " ", said).partition("lets in: mark ")[2]
+
+    before = marked()
+    assert re.match("[0-9a-f]{12}", before)
+    authority.revoke([("gpu", "runner")])
+    assert re.match("[0-9a-f]{12}", marked()) and marked() != before
