@@ -195,7 +195,7 @@ def test_the_commands_say_what_they_did_and_what_to_copy(file: Path, tmp_path: P
     assert f"  rsync -a --mkpath {folder}/ 127.0.0.2:{folder}/\n" in made
     shown = certs("show")
     assert shown.count(" valid") == len(ROBOT) + len(GPU)
-    assert re.search(r"mark [0-9a-f]{12}: the same on every host;", shown)
+    assert re.search(r"mark [0-9a-f]{12}: the same on every host\n", shown)
     assert certs("renew", "gpu/runner", "--days", "10").startswith("renewed gpu/runner\n")
     assert "ends in 9 days; where it was made: fairlead certs renew" in certs("show")
     states = {one["name"]: one["state"] for one in json.loads(certs("show", "--json"))}

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import re
 from pathlib import Path
 
+import pytest
+
 from fairlead.deploy.deployment import Deployment
+from fairlead.errors import ConfigError
 from fairlead_tools.certificates.authority import Authority
 from tests.access.certified import DAYS, NOW, trusted
 from tests.cli.command import fairlead_here
@@ -41,13 +45,37 @@ def test_a_host_that_left_the_file_is_revoked_and_comes_back_with_other_keys(
     assert wider.new(NOW, DAYS) == [laptop]
     before = (authority.folder / "laptop/operator.pem").read_text()
     every = trusted(authority)
-    assert authority.places(["laptop"]) == [laptop] == authority.left
+    assert authority.places(["laptop"], left=True) == [laptop] == authority.left
+    with pytest.raises(ConfigError, match="expected a host or name, got laptop"):
+        authority.places(["laptop"])
     said = fairlead_here("certs", "new", str(file), state=tmp_path).stdout
     assert "revoked what the file names no more: laptop/operator" in said
     assert "fairlead restart router" in said
     assert every - trusted(authority) == {"CN=signs laptop/operator,OU=laptop,O=fl/certified"}
+    assert not (authority.folder / "laptop/operator.pem").exists()
     assert wider.new(NOW, DAYS) == [laptop]
     assert (authority.folder / "laptop/operator.pem").read_text() != before
+
+
+def test_a_disk_that_fills_while_one_is_revoked_forgets_nobody(
+    authority: Authority, deployment: Deployment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hosts = {**deployment.hosts, "laptop": "127.0.0.3"}
+    Authority(deployment.model_copy(update={"hosts": hosts})).new(NOW, DAYS)
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fairlead_tools.certificates.authority.write_private", full)
+        with pytest.raises(OSError, match="No space"):
+            authority.new(NOW, DAYS)
+    assert authority.left == [("laptop", "operator")]
+
+
+def test_nothing_is_renewed_where_nothing_was_made(deployment: Deployment) -> None:
+    with pytest.raises(ConfigError, match="no certificates; make them: fairlead certs new"):
+        Authority(deployment).places([])
 
 
 def test_show_tells_whom_the_router_lets_in_by_a_mark_of_its_own(
@@ -55,7 +83,7 @@ def test_show_tells_whom_the_router_lets_in_by_a_mark_of_its_own(
 ) -> None:
     def marked() -> str:
         said = fairlead_here("certs", "show", str(file), state=tmp_path).stdout
-        return re.sub(r"\s+", " ", said).partition("lets in: mark ")[2]
+        return re.sub(r"\s+", " ", said).partition("started again: mark ")[2]
 
     before = marked()
     assert re.match("[0-9a-f]{12}", before)

@@ -57,11 +57,12 @@ def fairlead_here(*arguments: str, state: Path) -> subprocess.CompletedProcess[s
     """The same without a process: for commands that read files, or that are refused."""
     command = ["fairlead", *arguments]
     out, err, code = io.StringIO(), io.StringIO(), 0
+    mask = os.umask(0o022)
     heard = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     with (
         mock.patch.dict(os.environ, fairlead_environment(state)),
         mock.patch.object(sys, "argv", command),
-        mock.patch.multiple(os, execv=_refuse_to_leave, execve=_refuse_to_leave),
+        mock.patch.multiple(os, execv=_refuse_to_leave, execvpe=_refuse_to_leave),
         redirect_stdout(out),
         redirect_stderr(err),
     ):
@@ -73,6 +74,7 @@ def fairlead_here(*arguments: str, state: Path) -> subprocess.CompletedProcess[s
         finally:  # one that was about to end hears no signal any more, nor would its children
             for number, handler in heard.items():
                 signal.signal(number, handler)
+            os.umask(mask)
     return subprocess.CompletedProcess(command, code, out.getvalue(), err.getvalue())
 
 

@@ -254,6 +254,20 @@ def test_hardware_is_not_armed_without_a_yes(
     assert gate.asked == []
 
 
+def test_who_answers_no_does_not_disarm_what_somebody_else_has_armed_meanwhile(
+    gate: ScriptedGate, clients: dict[str, RobotClient], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no(*_: object, **__: object) -> None:
+        gate.state = GateState.ARMED
+        raise typer.Abort
+
+    monkeypatch.setattr("typer.confirm", no)
+    monkeypatch.setattr("sys.stdin", TerminalInput())
+    with pytest.raises(typer.Abort), armed(clients["hardware"]):
+        pass
+    assert gate.asked == []
+
+
 def test_hardware_is_armed_when_confirmed_on_the_command_line(
     gate: ScriptedGate, clients: dict[str, RobotClient]
 ) -> None:

@@ -113,8 +113,8 @@ def test_what_ended_by_an_error_is_no_trial_and_is_said(
     _print(SKILL, range(6), done, None, None, False)
     last = capsys.readouterr().out.splitlines()[-1]
     assert last.startswith(
-        f"{SKILL}: 2 of 4 succeeded, 2 not counted: they ended before the skill could show "
-        "(1 by the policy's own word); 95 % interval 15 to 85 %"
+        f"{SKILL}: 2 of 4 succeeded (1 by the policy's own word), 2 not counted: ended by an error "
+        "or a cancel; 95 % interval 15 to 85 %"
     )
 
 

@@ -18,6 +18,8 @@ from typing import Any
 import pytest
 import yaml
 
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead.deploy.service_manager import NOTIFY_VARIABLE
 from fairlead.errors import TransportError
 from fairlead.operate.asker import OPERATOR_VARIABLE
@@ -113,7 +115,7 @@ def test_a_stop_is_said_before_its_session_ends(
 
     monkeypatch.setenv("FAIRLEAD_STATE", str(tmp_path))
     monkeypatch.setattr(arming, "connect", lambda *_, **__: Stops())
-    assert asyncio.run(arming._stop(SOURCE, "hand in the cell"))
+    assert asyncio.run(arming._stop(SOURCE, SOURCE, "hand in the cell"))
     assert said == ["stopped panda_mobile; when it is safe: fairlead reset 0000000000000010\n"]
     assert capsys.readouterr() == ("", "")
 
@@ -164,6 +166,21 @@ def test_a_robot_is_stopped_as_it_was_started_whatever_its_file_says_now(
     assert stopped.stdout.startswith(f"stopped {gates[0].id};")
 
 
+def test_each_robot_that_was_started_of_a_file_is_stopped_as_it_was_then(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_STATE", str(tmp_path / "state"))
+    file, registry = tmp_path / "cell.yaml", Registry()
+    for name in ("left", "right"):
+        file.write_text(name, encoding="utf-8")
+        own = {"safety": ServiceEntry(process_id(os.getpid()), True, 0, by_hand=True)}
+        entry = Running(name, str(file), "/state", None, own)
+        registry.write_by_hand("safety", entry, is_gate=True)
+    file.write_text("other", encoding="utf-8")
+    registry.write_by_hand("runner", Running("left", str(file), "/state", None, {}), is_gate=False)
+    assert [kept.read_text() for kept in registry.kept_files(file)] == ["left", "right"]
+
+
 @pytest.mark.processes
 def test_what_a_service_manager_starts_again_is_its_own_to_end(
     gates: list[Gate], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -177,7 +194,7 @@ def test_what_a_service_manager_starts_again_is_its_own_to_end(
     ended = fairlead("down", state=gates[0].state)
     assert ended.returncode == 1
     assert "systemd would start safety again" in ended.stderr
-    assert f"sudo systemctl stop 'fairlead-{gates[0].id}*'" in ended.stderr
+    assert f"sudo systemctl stop fairlead-{gates[0].id}.target" in ended.stderr
     assert gates[0].process.poll() is None
     for path in gates[0].state.rglob("*"):
         assert path.stat().st_mode & 0o077 == 0 or path.is_symlink(), path

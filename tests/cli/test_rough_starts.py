@@ -100,7 +100,7 @@ def test_an_up_that_waits_for_its_router_is_listed_and_ended(
     assert up.services()["runner"]["state"] == "waiting"
     down = fairlead("down", state=up.state)
     assert down.returncode == 0, down.stderr
-    assert down.stdout == f"stopped w{os.getpid()}.gpu\n"
+    assert down.stdout == f"stopped w{os.getpid()}:gpu\n"
     assert up.process.wait(timeout=30.0) == 0
 
 

@@ -123,3 +123,9 @@ def test_a_goal_knows_what_follows_its_success_as_long_as_the_chain_may_run_on()
     last = ChainRun(chain(PICK, DRIVE))
     last.ended(result())
     assert last.following is None
+
+
+def test_a_failure_that_is_named_uses_up_no_retry() -> None:
+    run = ChainRun(chain(PICK | {"retries": 1, "on_failure": {"object_lost": "pick"}}))
+    assert told(run, "object_lost", "object_lost", "stalled", "") == ["pick"] * 4
+    assert run.ending == "succeeded"

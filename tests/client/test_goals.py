@@ -14,6 +14,7 @@ from fairlead.errors import (
     ConfigError,
     NoAnswerError,
 )
+from fairlead.messages import GateState, StopLevel
 from fairlead.operate import goal as goal_module
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot, waiting_for
 from tests.client.turns import turns, until
@@ -265,6 +266,19 @@ async def test_leaving_the_block_of_a_goal_that_has_ended_asks_nobody(
 async def test_a_runner_that_is_none_is_refused_with_those_there_are(robot: Robot) -> None:
     with pytest.raises(ConfigError, match=r"expected a runner, got 'hal' \(valid: runner\)$"):
         await robot.run("s", runner="hal")
+
+
+async def test_a_gate_that_holds_as_many_stops_as_it_can_is_stopped(
+    robot: Robot, scripted: ScriptedRobot
+) -> None:
+    scripted.lists_stops = False
+    scripted.stops = [StopLevel(stop_id=number, by="", reason="") for number in range(1, 17)]
+    asked = asyncio.ensure_future(robot.stop("one more"))
+    while not asked.done():
+        scripted.stops = scripted.stops[:16]  # this one finds no place
+        scripted.lease(state=GateState.STOPPED)
+        await asyncio.sleep(0.01)
+    assert await asked == 16
 
 
 async def test_no_name_keeps_a_stop_from_being_sent(scripted: ScriptedRobot) -> None:

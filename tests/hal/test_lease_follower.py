@@ -136,7 +136,7 @@ def test_the_limits_are_those_of_the_gate_file_made_of_the_robot_as_it_is(
     robot, file = load_robot("panda"), gate_config("panda", "sim")
     assert gate_limits(robot, "sim") == hashlib.sha256(file.read_bytes()).digest()
     made, text = tmp_path / "gate.sim.json", file.read_text(encoding="utf-8")
-    monkeypatch.setattr("fairlead.hal.identity.gate_config", lambda *_: made)
+    monkeypatch.setattr("fairlead.hal.identity.robot_dir", lambda _: tmp_path)
     assert gate_limits(robot, "sim") == b""
     digest = json.loads(text)["compiled_from"]["robot.yaml"]
     made.write_text(text.replace(digest, "0" * 64), encoding="utf-8")  # robot.yaml was edited since

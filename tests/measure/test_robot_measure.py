@@ -122,8 +122,9 @@ def test_after_a_gentle_drive_no_limit_is_tighter_than_declared() -> None:
     declared = driven.robot.profile(driven.profile)
     for name, block in found["proposed"]["measured"].items():
         limits = declared.measured[name]
-        for key in ("jump_per_tick", "contact_limit", "dead_band_per_tick"):
-            assert block[key] >= (getattr(limits, key) or 0.0), (name, key)
+        for key, proposed in block.items():
+            if key != "source":
+                assert proposed >= (getattr(limits, key) or 0.0), (name, key)
         assert "at 0.1 of full scale" in block["source"]
     arm = found["proposed"]["parts"]["arm"]["joint_position"]["tracking_limits"]
     mode = declared.parts["arm"].joint_position

@@ -8,6 +8,7 @@ import pytest
 from pydantic import JsonValue
 from websockets.sync.server import ServerConnection
 
+from bench.equipment.live_robot import wait_for
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
@@ -92,6 +93,9 @@ def test_an_answer_too_many_is_not_taken_for_the_next_question(opened: Policies)
         policy = openpi_policy(server.address, opened)
         policy.reset()
         policy.infer(observation(load_skill(PI05)))
+        assert policy._link is not None
+        came = policy._link.recv_messages.frames
+        wait_for(lambda: came.qsize() > 0, "the second answer")
         with pytest.raises(PolicyError, match="sent a message that nobody asked for"):
             policy.infer(observation(load_skill(PI05)))
         policy.reset()  # goes on with another connection
@@ -117,9 +121,12 @@ def test_another_server_that_took_the_place_within_an_episode_is_not_believed(
     first.close()
     second = RldxServer(answer, port)
     try:
+        assert policy._link._monitor is not None and policy._link._monitor.poll(20_000)
         with pytest.raises(PolicyError, match="the link was lost meanwhile"):
             policy.infer(seen)
-        policy.reset()  # held against the skill, and asked by a probe
+        asked = len(second.requests)
+        policy.reset()
+        assert len(second.requests) == asked + 1, "a probe"
         policy.infer(seen)
     finally:
         policy._link.close()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fairlead.robot.manifest import load_robot
+from fairlead.skill.admission import Admission
 from fairlead.skill.limit_overrides import limit_problems
 from fairlead.skill.manifest import SkillLimit, load_skill
 
@@ -92,3 +93,10 @@ def test_ends_of_a_range_may_not_cross_each_other_either() -> None:
         "limits: left_arm cartesian_pose upper_y: expected above lower, 0.3, and at most 1, got 0.3"
         " (profile sim)"
     ]
+
+
+def test_limits_are_of_parts_that_the_skill_claims() -> None:
+    limit = SkillLimit(part="arm", control_mode="cartesian_delta", name="linear_limit", value=0.001)
+    driving = load_skill("go-to").model_copy(update={"limits": (limit,)})
+    found = Admission(driving, ROBOTS[MOBILE]).problems()
+    assert found == ["limits: expected a part that the skill commands, got 'arm' (valid: base)"]

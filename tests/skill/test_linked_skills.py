@@ -73,3 +73,16 @@ def test_run_links_a_folder_and_refuses_one_beside_another_of_its_name(
         f"skill mine: another one is installed in {installed}/mine; replace it by this one with: "
         f"fairlead skill install --link --force {other}"
     )
+
+
+def test_the_installed_copy_is_not_linked_to_itself(installed: Path, tmp_path: Path) -> None:
+    install_skill(written(tmp_path / "mine"))
+    copy = installed / "mine"
+    assert installed_skill(str(copy)) == "mine", "which it is already"
+    with pytest.raises(ConfigError, match="is where it is installed; link another one"):
+        install_skill(copy, link=True)
+    assert (copy / "policy.py").is_file() and not copy.is_symlink()
+
+
+def test_a_folder_that_ships_is_the_skill_that_ships() -> None:
+    assert installed_skill(str(find_skill("go-to"))) == "go-to"

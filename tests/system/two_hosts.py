@@ -79,7 +79,7 @@ class TwoHosts:
 
     def state_of(self, host: str, service: str) -> Path:
         """A service's own state folder."""
-        return self._folder / host / "state" / f"{self._id}.{host}" / service
+        return self._folder / host / "state" / f"{self._id}:{host}" / service
 
     def printed(self, host: str) -> str:
         """What ``fairlead up`` has printed on a host so far."""

@@ -10,6 +10,12 @@ from fairlead_tools.teleop.keyboard import AGAIN_S, HELD_S, Keys
 TOOL = ("x", "y", "z", "rx", "ry", "rz")
 
 
+ARROWS_AND_FUNCTION_KEYS = (
+    "\x1b[A", "\x1b[B", "\x1b[C", "\x1b[D", "\x1bOP", "\x1bOS", "\x1b[15~", "\x1b[3~", "\x1b[1;5D",
+    "\x1bw",
+)  # fmt: skip
+
+
 def pressed(keys: str, names: tuple[str, ...] = TOOL) -> Keys:
     made = Keys(names, 0.5)
     for key in keys:
@@ -29,13 +35,33 @@ def pressed(keys: str, names: tuple[str, ...] = TOOL) -> Keys:
         ("j", (0, 0, 0, 0, 0, 1)),
         ("wa", (1, 1, 0, 0, 0, 0)),
         ("ws", (0, 0, 0, 0, 0, 0)),
-        ("\x1b[A", (0, 0, 0, 0, 0, 0)),
+        ("W", (1, 0, 0, 0, 0, 0)),
+        *((key, (0, 0, 0, 0, 0, 0)) for key in ARROWS_AND_FUNCTION_KEYS),
+        ("\x1b[Aw", (1, 0, 0, 0, 0, 0)),
+        ("\x1bOPw", (1, 0, 0, 0, 0, 0)),
     ],
 )
 def test_a_key_drives_its_axis_while_it_is_held(key: str, axes: tuple[float, ...]) -> None:
     assert pressed(key).read(1.0).axes == axes
     assert pressed(key).read(1.0 + HELD_S).axes == axes
     assert pressed(key).read(1.001 + HELD_S).axes == (0,) * 6
+
+
+@pytest.mark.parametrize("key", ARROWS_AND_FUNCTION_KEYS)
+def test_a_key_of_several_letters_means_nothing_though_they_come_apart(key: str) -> None:
+    keys = pressed(" ")
+    for number, letter in enumerate(key):
+        keys.press(letter, 1.0)
+        told = keys.read(1.0 + number * 1e-3)
+        assert (told.clutch, told.wish, told.grip) == (True, "", 0.0)
+        assert not any(told.axes)
+
+
+def test_after_the_escape_key_the_space_bar_still_stops() -> None:
+    for later_s in (0.01, 1.0):
+        keys = pressed(" \x1b")
+        keys.press(" ", 1.0 + later_s)
+        assert not keys.read(1.0 + later_s).clutch
 
 
 def test_joints_have_the_upper_row_for_one_way_and_the_middle_row_for_the_other() -> None:

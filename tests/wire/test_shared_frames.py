@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -17,6 +18,7 @@ import pytest
 
 from fairlead.messages import Bytes, Image, decode, encode, encode_parts
 from fairlead.wire import frame_receiver
+from fairlead.wire.frame_link import address
 from fairlead.wire.frame_receiver import KEPT_MAX, FrameReceiver
 from fairlead.wire.frame_sender import HELD_MAX, FrameSender
 from fairlead.wire.frame_thread import FrameThread
@@ -203,6 +205,39 @@ def test_a_reader_that_is_killed_or_hangs_is_no_hindrance_to_the_others(
             while lines.get(timeout=WAIT_S) != "end\n":
                 pass  # what it was told before; it then knows
         other.kill()
+
+
+def test_readers_that_come_and_go_are_none_of_another_ones_fault(sender: FrameSender) -> None:
+    """Both keep what they get; what the one that leaves held is forgotten, for the other, too."""
+    stays = Reader(sender.name)
+    kept: list[Bytes] = []
+    for round_number in range(10):
+        other = Reader(sender.name)
+        sender.send([frame(0)])  # after which it is let in
+        stays.next()
+        both: list[Bytes] = []
+        for number in range(4):
+            sender.send([frame(10 * round_number + number)])
+            both += [stays.next(), other.next()]
+        kept = [*kept[-2:], *both[::2]]
+        other.receiver.close()
+        del both
+        gc.collect()
+    assert not stays.ended.is_set()
+    assert max(reader.held for reader in sender._readers.values()) < HELD_MAX // 2
+
+
+def test_a_sender_that_lets_nobody_in_keeps_nobody_waiting(sender: FrameSender) -> None:
+    waiting = []
+    with pytest.raises(OSError, match=r"."):  # a HAL whose renderer did not start
+        for _ in range(100):
+            waiting.append(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
+            waiting[-1].setblocking(False)
+            waiting[-1].connect(address(sender.name))
+    with pytest.raises(OSError, match=r"."):
+        Reader(sender.name)
+    for link in waiting:
+        link.close()
 
 
 def test_without_memory_the_sender_says_so(

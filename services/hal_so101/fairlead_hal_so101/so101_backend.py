@@ -160,18 +160,17 @@ class So101Backend:
                     raise NotCarriedOutError("hal_so101: nothing was measured, so nothing is told")
                 return
             raise HardwareError("hal_so101: servos that were not seen are told nothing")
-        before = self._setpoints.positions.copy()
         goals = self._setpoints.advance(commands, self._positions())
         try:
             steps = self._steps(goals)
         except ConfigError:
-            self._setpoints.restart(before)
+            self._setpoints.undo()
             raise
         self._may_write = False
         try:
             self._bus.write_all(GOAL_POSITION, 2, steps)
         except LostAnswerError as error:
-            self._setpoints.restart(before)
+            self._setpoints.undo()
             self._note_loss("command", str(error))
             if commands:
                 raise NotCarriedOutError(f"hal_so101: goals were not sent: {error}") from None

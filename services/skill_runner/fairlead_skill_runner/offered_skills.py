@@ -25,7 +25,6 @@ Stamp = tuple[object, ...]
 
 @dataclass(frozen=True)
 class _Loaded:
-    skill: SkillManifest
     stamp: Stamp
     worker: PolicyWorker
 
@@ -110,20 +109,12 @@ class OfferedSkills:
                     "skill %s or the robot has changed: its policy is loaded anew", skill.id
                 )
                 await loaded.worker.close()
-            await self._leave_server(skill)
             worker = PolicyWorker(
                 plugin, skill, policy.options, self._robot.id, self._profile,
                 self._options.added_latency_ms / 1e3,
             )  # fmt: skip
-            loaded = self._workers[skill.id] = _Loaded(skill, stamp, worker)
+            loaded = self._workers[skill.id] = _Loaded(stamp, worker)
         return loaded.worker
-
-    async def _leave_server(self, skill: SkillManifest) -> None:
-        """Close the other skills' connections to its server, which may take one at a time."""
-        for loaded in list(self._workers.values()):
-            if loaded.skill.id != skill.id and self.share_a_policy(loaded.skill, skill):
-                del self._workers[loaded.skill.id]
-                await loaded.worker.close()
 
     def share_a_policy(self, one: SkillManifest, other: SkillManifest) -> bool:
         """Whether they are the same skill, or ask the same server."""

@@ -129,19 +129,23 @@ class Registry:
 
     def keep_file(self, name: str, file: Path) -> None:
         """Keep a deployment's file as it is now."""
+        self._make_folder()
         self._path(name, "yaml").write_bytes(file.read_bytes())
 
-    def kept_file(self, file: Path) -> Path | None:
-        """The copy of the file of a deployment that runs, as it was then; None: there is none."""
+    def kept_files(self, file: Path) -> list[Path]:
+        """Copies of the file of each deployment that runs of it, as it was then."""
         whole = str(file.absolute())
         names = [entry.name for entry in self.entries() if entry.deployment == whole]
-        kept = [self._path(name, "yaml") for name in names]
-        return next((path for path in kept if path.is_file()), None)
+        return [path for path in (self._path(name, "yaml") for name in names) if path.is_file()]
 
-    def write_by_hand(self, service: str, entry: Running) -> None:
-        """List one service that nobody supervises, beside what is supervised."""
+    def write_by_hand(self, service: str, entry: Running, is_gate: bool) -> None:
+        """List one service that nobody supervises, beside what is supervised.
+
+        is_gate: the file is kept as the gate was started with it, else as the first service was.
+        """
+        if is_gate or self.find(entry.name) is None:
+            self.keep_file(entry.name, Path(entry.deployment))
         self._write(self._path(f"{entry.name}+{service}", "json"), entry)
-        self.keep_file(entry.name, Path(entry.deployment))
 
     def _write(self, path: Path, entry: Running) -> None:
         self._make_folder()

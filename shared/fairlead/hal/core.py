@@ -97,9 +97,9 @@ class HalCore:
         return self._lease.state
 
     @property
-    def lease_ns(self) -> int:
-        """When the newest lease came, on the HAL's monotonic clock; 0 before the first."""
-        return self._lease.received_ns
+    def leases(self) -> LeaseFollower:
+        """Which lease is followed, and since when."""
+        return self._lease
 
     @property
     def held_stops(self) -> tuple[StopLevel, ...]:
@@ -219,10 +219,9 @@ class HalCore:
             return Hold.STARTING
         if self._pacing == "lockstep":
             return Hold.NONE
-        # A process that was stopped finds, when it goes on, leases that were sent before and
-        # only now received: they look fresh. The tick after a pause therefore holds, which
-        # discards the rows, and leaves the receiving thread a period to read what came
-        # meanwhile; links keep the order, so the next decision sees the gate as it is now.
+        # A process that was stopped finds leases that were sent before and only now received: they
+        # look fresh. So the tick after a pause holds, which discards the rows and leaves the
+        # receiving thread a period to read what came meanwhile, in order.
         if before_ns is not None and now_ns - before_ns > self._pause_ns:
             return Hold.LEASE_STALE
         return Hold.NONE if self._lease.is_fresh(now_ns) else Hold.LEASE_STALE

@@ -100,7 +100,7 @@ class EpisodeResetHandler:
         refusal = self._not_disarmed(core)
         if refusal is not None:
             raise refusal
-        if core.lease_ns - announced_ns >= SEEN_NS:
+        if core.leases.received_ns - announced_ns >= SEEN_NS:
             return True
         if now_ns - announced_ns >= SILENT_NS:
             silent = "the gate is silent, so it may be armed"
@@ -119,7 +119,7 @@ class EpisodeResetHandler:
             pending = self._pending
         if pending is not None and pending.finished is not None:
             reply, ready_ns = pending.finished
-            read_ns = self._core.read(lambda core: core.lease_ns) - SEEN_NS
+            read_ns = self._core.read(lambda core: core.leases.received_ns) - SEEN_NS
             if read_ns >= ready_ns or now_ns - ready_ns >= SILENT_NS:
                 pending.answer(reply)
 

@@ -19,6 +19,7 @@ from fairlead.hal.episode import Episode
 from fairlead.hal.episode_reset import EpisodeResetHandler
 from fairlead.hal.identity import HalIdentity, HostSettings
 from fairlead.hal.inbox import HalInbox
+from fairlead.hal.lease_follower import OTHER_LIMITS
 from fairlead.hal.period_clock import PeriodClock
 from fairlead.hal.plan_executor import FaultHold, MotionLog, PlanExecutor
 from fairlead.hal.shared_core import SharedCore
@@ -264,6 +265,8 @@ class HalHost:
         held = self._core.read(lambda core: core.held_stops)
         if held:
             return "holding", names_of(held)
+        if self._core.read(lambda core: core.leases.has_other_limits):
+            return "holding", OTHER_LIMITS
         return "ready", short_text(self._frames.failure)
 
     def _enter_fault(self, error: Exception) -> None:

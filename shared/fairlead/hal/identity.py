@@ -22,7 +22,7 @@ from fairlead.hal.command_check import CommandCheck
 from fairlead.hal.core import Pacing
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import FloatArray
-from fairlead.paths import gate_config
+from fairlead.paths import robot_dir
 from fairlead.robot.gate_file import source_digests
 from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import RobotManifest
@@ -118,12 +118,12 @@ def gate_limits(manifest: RobotManifest, profile: str) -> bytes:
     Raises:
         ConfigError: it was made of other files than today's.
     """
-    path = gate_config(manifest.id, profile)
+    path = robot_dir(manifest.id) / f"gate.{profile}.json"
+    if not path.is_file():
+        return b""
     try:
         content = path.read_bytes()
         made_of = json.loads(content)["compiled_from"]
-    except FileNotFoundError:
-        return b""
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ConfigError(f"hal of {manifest.id}: {path}: cannot be read: {error}") from None
     if made_of != source_digests(manifest):

@@ -17,7 +17,7 @@ FOLLOWED_LEASES = 256
 """At most so many of an epoch are remembered, to compare others of the same number with."""
 
 OTHER_SESSION = "lease of another session"
-OTHER_LIMITS = "lease of a gate with other limits than this HAL began with; fairlead restart hal"
+OTHER_LIMITS = "the gate has other limits than this HAL; fairlead restart safety, then hal"
 SECOND_GATE = "lease of a second live gate"
 
 
@@ -48,6 +48,7 @@ class LeaseFollower:
 
     def __init__(self, session: int, limits: bytes = b"") -> None:
         self._session, self._limits = session, limits
+        self.has_other_limits = False  # the gate that was heard last
         self._newest: Lease | None = None
         self._received_ns = 0
         self._left_epochs: dict[int, _LeftEpoch] = {}
@@ -90,6 +91,7 @@ class LeaseFollower:
             return SECOND_GATE if newest is not None and lease.session else OTHER_SESSION
         if self._limits and lease.config_hash != self._limits:
             alive = newest is not None and now_ns - self._received_ns <= LATE_LEASE_NS
+            self.has_other_limits = not alive
             return SECOND_GATE if alive else OTHER_LIMITS
         left = self._left_epochs.get(lease.epoch)
         if left is not None:
@@ -113,7 +115,7 @@ class LeaseFollower:
         return ""
 
     def _follow(self, lease: Lease, now_ns: int) -> None:
-        self._newest = lease
+        self._newest, self.has_other_limits = lease, False
         self._received_ns = now_ns
         self._followed.append(lease)
 

@@ -140,7 +140,7 @@ class PlanExecutor:
     def void(self, tick: int, hold: Hold, event: str) -> None:
         """Every part held in ``tick``, whatever had been decided; the log says so too."""
         self._core.change(lambda core: core.void(hold))
-        acted, lease_ns = self._core.read(lambda core: (core.acted, core.lease_ns))
+        acted, lease_ns = self._core.read(lambda core: (core.acted, core.leases.received_ns))
         self._log.tick(tick, self._clock(), acted, event, lease_ns)
 
     def _hold_instead(self, tick: int, reason: str, *, is_row: bool) -> None:
@@ -148,7 +148,8 @@ class PlanExecutor:
         told = "a released command" if is_row else "to hold"
         self._stops.raise_stop(f"the backend refused {told}: {reason}")
         self.void(tick, Hold.STOPPED, f"held instead: {reason}")
-        self._backend.apply({})
+        with suppress(NotCarriedOutError):
+            self._backend.apply({})
 
 
 _LOG = logging.getLogger("hal.fault")

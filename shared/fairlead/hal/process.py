@@ -99,22 +99,24 @@ def _tick(
     session = secrets.randbits(63) + 1
     refuse_second_hal(context.name, context.bus, deployment.keys, session)
     robot = load_robot(deployment.robot)
+    identity = identity_of(robot, deployment.profile, deployment.id)  # before anything has power
     equipment = equip(robot)
     log = logging.getLogger(context.name)
-    if equipment.frames is not None:
-        here = equipment.backend.read().positions
-        log.info(check_frames(robot, equipment.frames, here, context.name, stands="the start"))
-    host = HalHost(
-        HostSettings(
-            context.name, deployment.keys, deployment.pacing, session, deployment.localiser
-        ),
-        identity_of(robot, deployment.profile, deployment.id),
-        equipment.backend,
-        context.bus,
-        MotionLog(context.state_dir, session, equipment.trace is not None),
-        equipment.feed,
-        equipment.trace,
+    settings = HostSettings(
+        context.name, deployment.keys, deployment.pacing, session, deployment.localiser
     )
+    motion = MotionLog(context.state_dir, session, equipment.trace is not None)
+    try:
+        if equipment.frames is not None:
+            here = equipment.backend.read().positions
+            log.info(check_frames(robot, equipment.frames, here, context.name, stands="the start"))
+        host = HalHost(
+            settings, identity, equipment.backend, context.bus, motion, equipment.feed,
+            equipment.trace,
+        )  # fmt: skip
+    except BaseException:
+        equipment.backend.close()
+        raise
     log.info("session %016x, %s, %s", session, deployment.pacing, what)
     key = deployment.keys.hal_command("reset_episode")
     resets = context.queries.serve(key, host.resets.handle, RESET_S)

@@ -107,6 +107,9 @@ class Setpoints:
             measured: positions of the commanded joints now, shape ``[n_dof]``.
         """
         self._measured = measured
+        self._before = (
+            self.positions.copy(), self._velocities.copy(), dict(self._openings), set(self._going),
+        )  # fmt: skip
         # A pose is reached for last, from where the other parts are told to be by then.
         for part in sorted(self._parts, key=lambda part: _is_pose(commands.get(part.name))):
             given = commands.get(part.name)
@@ -119,6 +122,12 @@ class Setpoints:
                     self._going.add(part.name)
                 MODES[given.mode](self, part, given)
         return self.positions.copy()
+
+    def undo(self) -> None:
+        """As before the last `advance`: what came of it was not told."""
+        positions, velocities, openings, going = self._before
+        self.positions, self._velocities = positions.copy(), velocities.copy()
+        self._openings, self._going = dict(openings), set(going)
 
     def _hold(self, part: Part) -> None:
         own = self._own[part.name]

@@ -127,7 +127,7 @@ class ChainRun:
         goal = self.current
         assert goal is not None
         self.begun += 1
-        self._tries += 1
+        self._tries += result.kind not in goal.on_failure
         target = self._target(goal, result)
         if target in (DONE, FAIL):
             self.current = None

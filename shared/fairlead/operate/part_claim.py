@@ -187,6 +187,7 @@ class PartClaim:
             NoAnswerError: no verdict in time.
             ConfigError: no parts, or parts of different horizons.
         """
+        horizon = self._horizon(parts)
         self._seq += 1
         self._verdict = None
         self._payload = encode(
@@ -201,7 +202,7 @@ class PartClaim:
                 obs_tick=tick,
                 oldest_tick=tick,
                 start_tick=tick,
-                horizon=self._horizon(parts),
+                horizon=horizon,
                 parts=parts,
                 trace=NO_TRACE,
             )

@@ -15,6 +15,8 @@ from fairlead.wire.bus import Qos
 
 REPEAT_S = 0.05
 TIMEOUT_S = 2.0
+MOST_STOPS = 16
+"""That a gate holds; the last then stands for all that find no place."""
 
 
 async def request_stop(services: Services, reason: str) -> int:
@@ -27,16 +29,21 @@ async def request_stop(services: Services, reason: str) -> int:
         The stop's id, which a reset must cite.
 
     Raises:
-        NoAnswerError: no lease listed it in time; the robot may still move.
+        NoAnswerError: no lease listed it in time; the robot may still move. Not where the gate
+            holds as many stops as it can: then the id of the last of these is returned.
     """
     reason = short_text(reason)
     stop_id = secrets.randbits(63) + 1
-    listed: set[int] = set()
+    held: tuple[int, ...] = ()
     changes = Changes()
 
     def on_lease(lease: Lease) -> None:
-        listed.update(lease.stop_ids)
+        nonlocal held
+        held = lease.stop_ids
         changes.announce()
+
+    def is_held() -> bool:
+        return stop_id in held or len(held) == MOST_STOPS
 
     bus, keys = services.bus, services.keys
     leases = watch(bus, keys.lease, Lease, on_lease)
@@ -49,8 +56,8 @@ async def request_stop(services: Services, reason: str) -> int:
             publisher.put(message)
             due_s += REPEAT_S  # not from when the wait ended: that would add up
             pause_s = max(0.0, due_s - time.monotonic())
-            if await changes.wait_for(lambda: stop_id in listed, pause_s):
-                return stop_id
+            if await changes.wait_for(is_held, pause_s):
+                return stop_id if stop_id in held else held[-1]
     finally:
         leases.close()
     raise NoAnswerError(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.frames import MAP, ODOM
 from fairlead.layout import load_layout
 from fairlead.messages import HalStatus
@@ -44,6 +44,7 @@ class Admission:
             *_embodiment_problems(skill, robot),
             *self._slot_problems,
             *([] if self._slot_problems else _switch_problems(self.routes, robot)),
+            *([] if self._slot_problems else _unclaimed_limits(skill, self.routes, robot)),
             *state_problems(skill.state_contract, robot),
             *_profile_problems(skill, self.routes, robot),
         ]
@@ -83,6 +84,16 @@ class Admission:
         raise ConfigError(
             f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}"
         )
+
+
+def _unclaimed_limits(
+    skill: SkillManifest, routes: Sequence[Route], robot: RobotManifest
+) -> Iterator[str]:
+    """A claim has limits for its own parts alone."""
+    parts = robot.claimed_parts([route.part_name for route in routes])
+    for part in dict.fromkeys(limit.part for limit in skill.limits):
+        if part not in parts:
+            yield expected("limits", "a part that the skill commands", repr(part), parts)
 
 
 def admission_problems(

@@ -55,8 +55,10 @@ class FrameReceiver:
         self._name, self._frames = name, frames
         self._on_frame, self._on_end = on_frame, on_end
         self._link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._link.setblocking(False)  # a sender that sends nothing lets nobody in
         try:
             self._link.connect(address(name))
+            self._link.setblocking(True)
             if not is_own(self._link):
                 raise PermissionError("the sender is another user's")
         except OSError:

@@ -189,5 +189,7 @@ class FrameSender:
             _LOG.warning("a reader of this host is cut off: %s", why)
 
     def _forget(self, slot: _Slot) -> None:
+        for reader in slot.holders:
+            reader.held -= 1  # of what it gives back nobody would know
         del self._slots[slot.number]
         os.close(slot.descriptor)

@@ -61,22 +61,27 @@ class Authority:
         """The router's own."""
         return self.deployment.certified[0]
 
-    def places(self, wanted: Sequence[str]) -> list[Place]:
+    def places(self, wanted: Sequence[str], left: bool = False) -> list[Place]:
         """Those that hosts, names, or both (``gpu/operator``) mean.
 
-        Also of hosts that the deployment file names no more; without words all that it names and
-        that have one.
+        Without words all that the deployment file names and that have one.
+
+        Args:
+            left: those that it names no more, too.
 
         Raises:
-            ConfigError: one means none.
+            ConfigError: one means none, or there are none.
         """
-        every = [*self.deployment.certified, *self.left]
+        every = [*self.deployment.certified, *(self.left if left else ())]
         for one in wanted:
             if not any(_means(one, place) for place in every):
                 known = [*self.deployment.hosts, *("/".join(place) for place in every)]
                 raise ConfigError(expected("certificates", "a host or name", one, known))
         if not wanted:
-            return [place for place in self.deployment.certified if self._signer(place).is_file()]
+            made = [place for place in every if self._signer(place).is_file()]
+            if not made:
+                raise ConfigError(f"{self.folder}: no certificates; make them: fairlead certs new")
+            return made
         return [place for place in every if any(_means(one, place) for one in wanted)]
 
     @property
@@ -87,15 +92,14 @@ class Authority:
         return [place for place in found if place not in self.deployment.certified]
 
     def new(self, now: datetime, days: int) -> list[Place]:
-        """Make what there is not yet; which. What the file names no more is forgotten."""
+        """Make what there is not yet; which. What the file names no more is revoked."""
         every = self.deployment.certified
         unsigned = [place for place in every if not self._signer(place).exists()]
         missing = [p for p in every if p in unsigned or not self._file(p).exists()]
-        for place in self.left:
-            self._signer(place).unlink()
         hosts = [self.folder / host for host in self.deployment.hosts]
         for folder in (self.folder.parent, self._signing, self.folder, *hosts):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self.revoke(self.left)
         for place in unsigned:
             key, name = ec.generate_private_key(ec.SECP256R1()), f"signs {'/'.join(place)}"
             ends = now + timedelta(days=365 * SIGNING_YEARS)

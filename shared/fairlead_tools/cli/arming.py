@@ -51,13 +51,19 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
     if before.state == GateState.ARMED:
         yield
         return
+    may_be_ours = True
     try:
-        arm_after_asking(client, before, confirmed)
+        try:
+            arm_after_asking(client, before, confirmed)
+        except (RefusedError, typer.Abort):  # who is armed now, somebody else has armed
+            may_be_ours = False
+            raise
         yield
         _disarm_unclaimed(client)
     except BaseException as why:  # Ctrl-C while it arms or disarms, too: the gate may be armed
         try:
-            _disarm_unclaimed(client)
+            if may_be_ours:
+                _disarm_unclaimed(client)
         except FairleadError as error:
             if str(error) != str(why):
                 echo(f"not disarmed: {error}", err=True)
@@ -123,15 +129,19 @@ def stop_command(
 
 
 async def _stop_all(files: list[Path], reason: str) -> list[bool]:
-    """At once: nobody's stop waits for another's, or fails with it."""
-    return await asyncio.gather(*(_stop(file, reason) for file in files))
+    """At once: nobody's stop waits for another's, or fails with it.
+
+    A file may have been edited since, and started again: each robot is stopped as it was started.
+    """
+    told = [(file, kept) for file in files for kept in Registry().kept_files(file) or [file]]
+    return await asyncio.gather(*(_stop(file, kept, reason) for file, kept in told))
 
 
-async def _stop(file: Path, reason: str) -> bool:
+async def _stop(file: Path, as_started: Path, reason: str) -> bool:
     """Whether it is stopped; said before the session ends, for which a hung service takes 10 s."""
     stopped = False
     try:
-        chosen = _load_as_started(file)
+        chosen = _load_as_started(as_started, file)
         async with connect(chosen, by="fairlead") as robot:
             stop_id = hex_id(await robot.stop(reason))
             stopped = True
@@ -143,12 +153,9 @@ async def _stop(file: Path, reason: str) -> bool:
     return stopped
 
 
-def _load_as_started(file: Path) -> Deployment:
-    """The deployment as it was when it was started: its file may have been edited since."""
-    kept = Registry().kept_file(file)
-    if kept is not None:
-        with suppress(ConfigError):
-            return load_deployment(kept)
+def _load_as_started(kept: Path, file: Path) -> Deployment:
+    with suppress(ConfigError):
+        return load_deployment(kept)
     return load_deployment(file)
 
 

@@ -66,7 +66,7 @@ def revoke_command(
 ) -> None:
     """Take certificates back: once the router starts again, it lets nobody in who shows one."""
     authority = Authority(load_deployment(deployment))
-    places = authority.places(names)
+    places = authority.places(names, left=True)
     authority.revoke(places)
     echo(f"revoked {_named(places)}")
     _say_what_to_copy(authority, _all_if_router(authority, places, [authority.router]))
@@ -85,11 +85,13 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
         return
     print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
     marks = {trusted_mark(keys, host) for host in loaded.hosts} - {""}
-    lets_in = trusted_mark(keys, loaded.routed.host, "listen") or "none"
     echo(
         f"in {certificates_dir(keys)}; mark {', '.join(sorted(marks)) or 'none'}: the same on "
-        f"every host; whom the router lets in: mark {lets_in}, once it has started again"
+        "every host"
     )
+    lets_in = trusted_mark(keys, loaded.routed.host, "listen")
+    if lets_in:
+        echo(f"whom the router lets in, once it has started again: mark {lets_in}")
 
 
 def _row(

@@ -227,11 +227,9 @@ def _print(
         echo(f"  {picture}")
     missing = f", {len(wanted) - len(done)} not run" if len(done) < len(wanted) else ""
     if len(trials) < len(done):
-        missing += (
-            f", {len(done) - len(trials)} not counted: they ended before the skill could show"
-        )
+        missing += f", {len(done) - len(trials)} not counted: ended by an error or a cancel"
     if by_policy:
-        missing += f" ({by_policy} by the policy's own word)"
+        missing = f" ({by_policy} by the policy's own word){missing}"
     typical = f"; median of their ticks: {median:g}" if median is not None else ""
     echo(
         f"{skill}: {wins} of {len(trials)} succeeded{missing}; 95 % interval "

@@ -35,6 +35,7 @@ from fairlead_tools.cli.options import (
     choose_running,
     example,
 )
+from fairlead_tools.deploy.systemd_units import unit_name
 from fairlead_tools.supervisor.service_log import LogReader
 
 
@@ -212,9 +213,11 @@ def down_command(deployment: RunningArgument = None) -> None:
     entry = choose_running(deployment)
     managed = [name for name, service in entry.by_hand.items() if service.managed]
     if managed:
+        robot, _, namespace = entry.name.partition("@")
+        unit = unit_name(robot.partition(":")[0], namespace or "fl")
         raise ServiceError(
             f"{entry.name}: systemd would start {', '.join(managed)} again; end what it runs: "
-            f"sudo systemctl stop 'fairlead-{entry.name.split('@')[0].split(':')[0]}*'"
+            f"sudo systemctl stop {unit}.target"
         )
     if entry.supervisor is not None:
         end_processes([entry.supervisor], SUPERVISOR_GRACE_S)

@@ -22,6 +22,7 @@ from fairlead.deploy.shared_router import router_endpoints
 from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError, TransportError, expected
 from fairlead.messages import GateState
+from fairlead.operate.asker import check_person
 from fairlead.operate.client import RobotClient
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.endpoints import Endpoints
@@ -77,7 +78,7 @@ def one_service_command(
     entry = {service: ServiceEntry(own, False, 0, by_hand=True, managed=is_managed)}
     running = Running(name, str(deployment.absolute()), str(folder), None, entry)
     try:
-        Registry().write_by_hand(service, running)
+        Registry().write_by_hand(service, running, service == loaded.only("safety"))
     except OSError as error:  # a full disk: it runs, and is not listed
         echo(f"WARNING {name}: {error}; `fairlead ps` will not list {service}", err=True)
     os.execvpe(words[0], words, service_environment())  # noqa: S606 - the command is ours
@@ -180,14 +181,16 @@ def _supervised_process(entry: Running, service: str) -> ProcessId:
 def _refuse_while_claimed(entry: Running, service: str) -> None:
     """A restart pulls the service from under whoever moves the robot; that is theirs to end.
 
-    A router that lets nobody in carries nobody's goal: a new certificate may be why it is started.
+    A router may let nobody in any more: a new certificate may be why it is started.
     """
+    check_person()
     try:
         opened = RobotClient(load_deployment(Path(entry.deployment)), by="fairlead restart")
-    except (ConfigError, TransportError):
-        if service == ROUTER:
-            return
-        raise
+    except (ConfigError, TransportError) as error:
+        if service != ROUTER:
+            raise
+        echo(f"WARNING nobody could be asked whether a goal runs: {error}", err=True)
+        return
     with opened as client:
         try:
             gate = client.gate_status()

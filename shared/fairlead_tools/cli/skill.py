@@ -12,7 +12,7 @@ from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import HalStatus
 from fairlead.operate.client import RobotClient
-from fairlead.paths import user_skills_dir
+from fairlead.paths import rskill_dir, user_skills_dir
 from fairlead.plugins import POLICIES
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import admission_problems, home_warnings, summarised
@@ -57,6 +57,8 @@ def installed_skill(wanted: str) -> str:
     folder = find_skill(wanted)
     skill = read_skill(folder)
     target = user_skills_dir() / skill.id
+    if skill.id in skill_ids() and rskill_dir(skill.id).resolve() == folder.resolve():
+        return skill.id
     if not is_link_to(target, folder):
         if target.exists():
             raise ConfigError(
@@ -290,11 +292,6 @@ def install_command(
 group = make_group(
     "skill",
     "List, show and check skills, write a new one, install it.",
-    {
-        "ls": ls_command,
-        "show": show_command,
-        "check": check_command,
-        "new": new_command,
-        "install": install_command,
-    },
-)
+    {"ls": ls_command, "show": show_command, "check": check_command, "new": new_command,
+     "install": install_command},
+)  # fmt: skip

@@ -7,10 +7,12 @@ import queue
 import signal
 import sys
 import threading
+import time
+from contextlib import suppress
 from pathlib import Path
 
 from fairlead.log_stamp import stamped
-from fairlead_tools.cli.console import echo
+from fairlead.wire.printable import printable_lines
 from fairlead_tools.cli.lost_output import forget_output
 from fairlead_tools.supervisor.service_log import ServiceLog
 
@@ -58,25 +60,32 @@ class UpOutput:
             os.dup2(log, stream.fileno())
         os.close(log)
 
-    def _put(self, line: str | None) -> None:
-        if self._thread.is_alive():
-            try:
+    def _put(self, line: str) -> None:
+        with suppress(queue.Full):
+            if self._thread.is_alive():
                 self._lines.put_nowait(line)
-            except queue.Full:
-                return
 
     def _ends(self) -> bool:
         """Have the last lines printed; whether the terminal took them."""
-        self._put(None)
-        self._thread.join(LAST_WORDS_S)
+        until_s = time.monotonic() + LAST_WORDS_S
+        with suppress(queue.Full):
+            self._lines.put(None, timeout=LAST_WORDS_S)
+        self._thread.join(max(0.0, until_s - time.monotonic()))
         return not self._thread.is_alive()
 
     def _print(self) -> None:
         while (line := self._lines.get()) is not None:
             try:
-                echo(line)
+                _write(line)
             except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
                 os.kill(os.getpid(), signal.SIGTERM)
             except OSError:  # a full disk behind a redirection: the logs have the line, or say so
                 continue
+
+
+def _write(line: str) -> None:
+    """Past Python's own output, whose lock would be held for as long as the terminal is stuck."""
+    data = f"{printable_lines(line)}\n".encode(errors="backslashreplace")
+    while data:
+        data = data[os.write(sys.stdout.fileno(), data) :]

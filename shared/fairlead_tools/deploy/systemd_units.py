@@ -99,10 +99,7 @@ def systemd_units(
     Raises:
         ConfigError: a path or the user has signs that a unit cannot have.
     """
-    named = (
-        [deployment.id] if deployment.namespace == "fl" else [deployment.namespace, deployment.id]
-    )
-    unit = f"fairlead-{':'.join(named)}"  # names may have a hyphen, but no colon or @
+    unit = unit_name(deployment.id, deployment.namespace)
     target = f"{unit}.target"
     units = {target: _TARGET.format(id=deployment.id, host=host or "this machine")}
     gate = deployment.only("safety")
@@ -115,12 +112,17 @@ def systemd_units(
             name,
             ["router", file] if name == ROUTER else ["service", file, name],
             user,
-            home="+".join(named),
+            home=unit.removeprefix("fairlead-").replace(":", "+"),
             target=target,
             oom=-900 if name in (gate, deployment.hal) else 0,
             more=more + (_NO_OWN_CODE if name == gate else ""),
         )
     return units
+
+
+def unit_name(robot: str, namespace: str) -> str:
+    """What a robot's units begin with; names may have a hyphen, but no colon or @."""
+    return f"fairlead-{robot}" if namespace == "fl" else f"fairlead-{namespace}:{robot}"
 
 
 def router_unit(

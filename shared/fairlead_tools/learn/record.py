@@ -102,6 +102,12 @@ def _same_rows(one: SkillManifest, other: SkillManifest) -> bool:
     return first == second
 
 
+def _require_rows(seed: int, ticks: int, end: Done | Failed) -> None:
+    if ticks == 0:
+        said = f"the policy ended before its first row: {end.reason}"
+        raise PolicyError(f"dataset record: seed {seed}: {said}")
+
+
 class _Runs:
     """Episodes on one simulator, one after the other."""
 
@@ -151,6 +157,7 @@ class _Runs:
             if index >= min(len(rows), self._skill.execute_steps):
                 answer = self._answer(observation, label, rng)
                 if isinstance(answer, Done | Failed):
+                    _require_rows(seed, len(seen), answer)
                     break
                 rows, index = answer, 0
                 added = scale * rng.standard_normal(len(scale))

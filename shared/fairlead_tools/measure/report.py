@@ -178,15 +178,16 @@ def _joint_limits(found: Measurement, source: str) -> dict[str, Any]:
         jump = _wide(found, _up(row["jump_per_tick"]), told.jump_per_tick)
         block: dict[str, Any] = {"jump_per_tick": jump}
         if joint.has_bounds:
-            block["tolerance"] = max(
-                _up(max(row["beyond"], floor * driven.period_s)), _seam(found, row["joint"])
-            )
-        block["standstill_per_s"] = _up(max(row["speed_at_rest"], floor))
+            seen = max(_up(max(row["beyond"], floor * driven.period_s)), _seam(found, row["joint"]))
+            block["tolerance"] = _wide(found, seen, told.tolerance)
+        rest = _up(max(row["speed_at_rest"], floor))
+        block["standstill_per_s"] = _wide(found, rest, told.standstill_per_s)
         if joint in robot.joints:
             most = 1.05 * joint.effort_limit
             effort = _digits(min(_up(row["effort_free"]) or most, most))
             block["contact_limit"] = _wide(found, effort, told.contact_limit)
-            block["encoder_step"] = max(_up(row["change_at_rest"]), 1e-11)
+            step = max(_up(row["change_at_rest"]), 1e-11)
+            block["encoder_step"] = _wide(found, step, told.encoder_step)
             dead = _up(max(row["dead_band"] or 0.0, 1e-6))
             block["dead_band_per_tick"] = _wide(found, dead, told.dead_band_per_tick)
         blocks[row["joint"]] = {**block, "source": f"{source}, doubled"}

@@ -168,4 +168,4 @@ def named_outputs(skill: SkillManifest) -> tuple[str, ...]:
     actions = skill.policy.options.get("actions")
     if not isinstance(actions, list):
         return ()
-    return tuple(str(item["name"]) for item in actions if isinstance(item, dict))
+    return tuple(str(item["name"]) for item in actions if isinstance(item, dict) and "name" in item)

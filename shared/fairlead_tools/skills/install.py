@@ -63,6 +63,8 @@ def install_skill(
     if (repo_root() / "rskills" / skill.id).exists():
         raise ConfigError(f"skill {skill.id}: one of this name ships with fairlead; rename yours")
     target = user_skills_dir() / skill.id
+    if link and not target.is_symlink() and target.resolve() == folder.resolve():
+        raise ConfigError(f"skill {skill.id}: {target} is where it is installed; link another one")
     if not is_link_to(target, folder):
         _check_version(target, skill, force)
     try:

@@ -21,8 +21,11 @@ Terminals repeat a key that is held every 20 to 100 ms, after a first pause of 0
 """
 AGAIN_S = 1.0
 """A space that comes so soon after another may be its repeat: it only lets the clutch out."""
+ESCAPE_S = 0.1
+"""The letters of one key come as fast as a network brings them."""
 SPEED_STEP = 1.25
 SLOWEST = 0.02
+_ESCAPE = "\x1b"
 _POSITIVE, _NEGATIVE = "qwertyuiop", "asdfghjkl;"
 _AXES = {
     "x": ("w", "s"),
@@ -57,10 +60,21 @@ class Keys:
             raise ConfigError(expected("keyboard", what, len(names)))
         self._came_s: dict[str, float] = {}
         self._space_s = -math.inf
+        self._escape, self._escape_s = "", -math.inf  # of which letters are still to come
         self.help = _help(names, self._pairs)
 
-    def press(self, key: str, now_s: float) -> None:
-        """A key came, pressed or repeated."""
+    def press(self, letter: str, now_s: float) -> None:
+        """A letter came: a key, pressed or repeated, or a part of one that is none of these.
+
+        Arrows and the like come as several: an escape, then others that end with a letter.
+        """
+        if now_s - self._escape_s > ESCAPE_S:  # the escape key alone
+            self._escape = ""
+        if letter == _ESCAPE or self._escape:
+            self._clutch = self._clutch and letter != " "  # whatever it is, it does not drive on
+            self._escape, self._escape_s = _going_on(self._escape, letter), now_s
+            return
+        key = letter.lower()
         if key == " ":
             self._clutch = not self._clutch and now_s - self._space_s > AGAIN_S
             self._space_s = now_s
@@ -92,6 +106,16 @@ class Keys:
 
 
 _NONE: Wish = ""
+
+
+def _going_on(escape: str, letter: str) -> str:
+    """What has come of an escape sequence; "" once it is whole (ECMA-48, and SS3)."""
+    if letter == _ESCAPE:
+        return letter
+    if escape == _ESCAPE:
+        return escape + letter if letter in "[O" else ""
+    is_last = escape.endswith("O") or "@" <= letter <= "~"
+    return "" if is_last else escape + letter
 
 
 def _help(names: tuple[str, ...], pairs: list[tuple[str, str]]) -> str:
@@ -142,6 +166,6 @@ class Keyboard:
                 came = b""
             if not came:
                 raise ServiceError("keyboard: the terminal is gone; the robot holds")
-            for key in came.decode("ascii", errors="ignore").lower():
-                self._keys.press(key, now_s)
+            for letter in came.decode("ascii", errors="ignore"):
+                self._keys.press(letter, now_s)
         return self._keys.read(now_s)

@@ -30,6 +30,8 @@ struct Findings {
   std::uint64_t tick = 0;
   json difference;  // null: none
 
+  /// It begins in the middle of a run: nothing in it can be judged.
+  [[nodiscard]] bool goes_on() const { return lost > 0 && steps == 0; }
   void take(const Record& record);
 };
 
@@ -98,6 +100,9 @@ Findings judge_otherwise(LogReader& log, WhatIf& what_if) {
 }
 
 std::string how_far(const LogReader& log, const Findings& findings) {
+  if (findings.goes_on())
+    return "nothing judged: it goes on from a file before, and only the first of a run can be "
+           "judged";
   if (findings.lost > 0)
     return "judged up to a gap of " + std::to_string(findings.lost) +
            " records that could not be written";
@@ -146,7 +151,7 @@ void print_difference(const json& difference) {
 }
 
 int report_again(const LogWords& words, json found, const Findings& findings) {
-  const bool identical = findings.difference.is_null();
+  const bool identical = findings.difference.is_null() && !findings.goes_on();
   found["identical"] = identical;
   found["first_difference"] = findings.difference;
   if (words.has("--json")) {
@@ -155,12 +160,12 @@ int report_again(const LogWords& words, json found, const Findings& findings) {
     print_head(found);
     if (identical) {
       std::cout << "identical: this gate gives every output bit for bit as recorded\n";
-    } else {
+    } else if (!findings.difference.is_null()) {
       print_difference(findings.difference);
     }
   }
-  if (!identical) return 1;
-  return found.at("damaged") ? 2 : 0;
+  if (!findings.difference.is_null()) return 1;
+  return identical && !found.at("damaged") ? 0 : 2;
 }
 
 // Where a limit comes from may be a page of text: it is said once.
@@ -183,7 +188,7 @@ json changes_of(const WhatIf& what_if) {
   return changes;
 }
 
-int report_otherwise(const LogWords& words, json found, const Limits& limits,
+int report_otherwise(const LogWords& words, json found, const Limits& limits, bool goes_on,
                      const WhatIf& what_if) {
   const std::string config = words.value("--config");
   if (words.has("--json")) {
@@ -210,7 +215,7 @@ int report_otherwise(const LogWords& words, json found, const Limits& limits,
     std::cout << "\n" << kOpenLoop << "\n";
   }
   if (!what_if.changed().empty() || what_if.unjudged() > 0 || !what_if.notes().empty()) return 1;
-  return found.at("damaged") ? 2 : 0;
+  return found.at("damaged") || goes_on ? 2 : 0;
 }
 
 }  // namespace
@@ -223,8 +228,8 @@ std::string judge_usage() {
                  another outcome under its limits
   --json         one JSON document
 
-Exit status: 0 identical (with --config: no outcome changes), 1 different, 2 not readable, or
-damaged: what is before the damage is judged and found identical.
+Exit status: 0 identical (with --config: no outcome changes), 1 different, 2 nothing to judge, not
+readable, or damaged: what is before the damage is judged and found identical.
 
 example: fairlead-decisions judge ~/.local/state/fairlead/panda_mobile/safety/decisions
 )";
@@ -251,7 +256,8 @@ int judge_command(const std::vector<std::string>& given) {
                         std::string(limits->robot.view()));
   WhatIf what_if(*limits);
   const Findings findings = judge_otherwise(log, what_if);
-  return report_otherwise(words, document_of(log, header, findings, path), *limits, what_if);
+  return report_otherwise(words, document_of(log, header, findings, path), *limits,
+                          findings.goes_on(), what_if);
 }
 
 }  // namespace fairlead

@@ -3,12 +3,10 @@
 #include <sys/random.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <utility>
 
 #include "config/sha256.hpp"
 #include "fairlead_safety/codec.hpp"
@@ -91,8 +89,7 @@ void GateProcess::start(bool new_state) {
 }
 
 void GateProcess::handle(const Event& event, Answer* answer) {
-  if (event.kind == EventKind::candidate && !intake_.admits(event.payload, event.received_ns))
-    return;
+  if (event.kind == EventKind::candidate && !intake_.admits(event)) return;
   if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
   if (const std::string foreign = foreign_name(event); !foreign.empty())
     return refuse(answer, foreign.c_str(), "ask on the key of the source that asks");
@@ -114,7 +111,7 @@ bool GateProcess::prepare_to_arm(Answer* answer) {
   }
   if (hash_of_file(config_file_) != limits_.config_hash) {
     refuse(answer, "the configuration file has changed since the gate read it",
-           "fairlead restart safety");
+           "fairlead restart safety; fairlead restart hal");
     return false;
   }
   const std::string fault = store_.clear_clean_mark_now();
@@ -171,11 +168,13 @@ void GateProcess::note_granted(const Claim& claim) {
   const std::string source(claim.source.view());
   std::erase(served_, source);
   served_.push_back(source);
+  Lease lease;
+  (void)decode(Bytes(newest_lease_), lease);
   for (const Output& output : outputs_->items()) {
     ClaimReply reply;
     if (output.kind == OutputKind::reply &&
         decode(outputs_->payload(output), reply) == FrameFault::none)
-      intake_.expect(source, reply.session, reply.epoch, reply.claim_id);
+      intake_.expect(source, reply.session, reply.epoch, reply.claim_id, lease.grants);
   }
 }
 
@@ -256,10 +255,9 @@ void GateProcess::log_refusal(Bytes payload) {
   log_.write(LogWriter::Kind::refusal, verdict_line(verdict));
 }
 
-// Once a second at most.
 void GateProcess::say_left_out() {
   const std::uint64_t now_ns = monotonic_ns();
-  if (now_ns - said_left_out_ns_ < 1'000'000'000) return;
+  if (now_ns - said_left_out_ns_ < 1'000'000'000) return;  // once a second at most
   said_left_out_ns_ = now_ns;
   if (const Intake::LeftOut out = intake_.take_left_out(); out.sum() != 0)
     log_.warning("candidates left out unread: " + std::to_string(out.strangers) +

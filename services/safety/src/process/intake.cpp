@@ -16,15 +16,19 @@ void Budget::refill(std::uint64_t now_ns) {
 }
 
 void Intake::expect(const std::string& source, std::uint64_t session, std::uint64_t epoch,
-                    std::uint64_t claim_id) {
+                    std::uint64_t claim_id, const FixedVec<Grant, max_claims>& live) {
   const std::lock_guard lock(mutex_);
   std::erase_if(claims_, [epoch](const auto& item) { return item.second.epoch != epoch; });
   for (auto& [other, claimed] : claims_) std::erase(claimed.claim_ids, claim_id);  // handed over
   Claimed& claimed = claims_[source];
   claimed.session = session;
   claimed.epoch = epoch;
-  if (claimed.claim_ids.size() == max_claims) claimed.claim_ids.erase(claimed.claim_ids.begin());
-  claimed.claim_ids.push_back(claim_id);
+  std::vector<std::uint64_t>& ids = claimed.claim_ids;
+  const auto ended = std::ranges::find_if(ids, [&](std::uint64_t id) {
+    return std::ranges::find(live, id, &Grant::claim_id) == live.end();
+  });
+  if (ids.size() == max_claims) ids.erase(ended != ids.end() ? ended : ids.begin());
+  ids.push_back(claim_id);
 }
 
 void Intake::forget(const std::string& source) {
@@ -32,20 +36,21 @@ void Intake::forget(const std::string& source) {
   claims_.erase(source);
 }
 
-Intake::Claimed* Intake::claim_of(Bytes frame) {
+Intake::Claimed* Intake::claim_of(std::string_view source, Bytes frame) {
   ChunkHead head;
   if (!read_chunk_head(frame, head)) return nullptr;
-  for (auto& [source, claim] : claims_)
-    if (claim.epoch == head.epoch && claim.session == head.session &&
-        std::ranges::find(claim.claim_ids, head.claim_id) != claim.claim_ids.end())
-      return &claim;
-  return nullptr;
+  const auto found = claims_.find(source);
+  if (found == claims_.end()) return nullptr;
+  Claimed& claim = found->second;
+  const bool is_its = claim.epoch == head.epoch && claim.session == head.session &&
+                      std::ranges::find(claim.claim_ids, head.claim_id) != claim.claim_ids.end();
+  return is_its ? &claim : nullptr;
 }
 
-bool Intake::admits(Bytes frame, std::uint64_t now_ns) {
+bool Intake::admits(std::string_view source, Bytes frame, std::uint64_t now_ns) {
   const std::lock_guard lock(mutex_);
   now_ns_ = std::max(now_ns_, now_ns);  // threads come in any order
-  Claimed* claim = claim_of(frame);
+  Claimed* claim = claim_of(source, frame);
   if (claim == nullptr) {
     const auto size = static_cast<double>(frame.size());
     stranger_frames_.refill(now_ns_);

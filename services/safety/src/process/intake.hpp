@@ -4,12 +4,16 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "fairlead_safety/action_messages.hpp"
 #include "fairlead_safety/fixed.hpp"
+#include "fairlead_safety/gate.hpp"
 
 namespace fairlead {
 
@@ -31,19 +35,24 @@ class Budget {
   std::uint64_t filled_ns_ = 0;
 };
 
-/// A frame is a claim's by the session, epoch and claim id that it begins with. The claims of a
+/// A frame is a claim's by the key it came on and the session, epoch and claim id that it begins
+/// with: others may know these, but have other keys. The claims of a
 /// source have a budget of their own, and a smaller one for copies of its newest frame; all else
 /// shares one.
 /// Any thread may call.
 class Intake {
  public:
   /// A claim was granted to a source, in whose place it is.
+  /// `live`: grants of the newest lease; what they are for keeps its turns.
   void expect(const std::string& source, std::uint64_t session, std::uint64_t epoch,
-              std::uint64_t claim_id);
+              std::uint64_t claim_id, const FixedVec<Grant, max_claims>& live = {});
   /// It holds no claim any more.
   void forget(const std::string& source);
-  /// Whether a candidate frame gets a turn.
-  bool admits(Bytes frame, std::uint64_t now_ns);
+  /// Whether a candidate, whose source is that of its key, gets a turn.
+  bool admits(const Event& candidate) {
+    return admits(candidate.source, candidate.payload, candidate.received_ns);
+  }
+  bool admits(std::string_view source, Bytes frame, std::uint64_t now_ns);
 
   struct LeftOut {
     std::uint64_t strangers = 0;
@@ -62,11 +71,11 @@ class Intake {
     Budget frames{1000.0, 200.0};
     Budget copies{50.0, 20.0};
   };
-  Claimed* claim_of(Bytes frame);
+  Claimed* claim_of(std::string_view source, Bytes frame);
 
   std::mutex mutex_;
   std::uint64_t now_ns_ = 0;
-  std::map<std::string, Claimed> claims_;  // by source
+  std::map<std::string, Claimed, std::less<>> claims_;  // by source
   Budget stranger_frames_{100.0, 100.0};
   Budget stranger_bytes_{16e3, 1e6};
   LeftOut left_out_;

@@ -138,13 +138,20 @@ bool LatchStore::is_marked() {
 
 std::string LatchStore::clear_clean_mark_now() {
   const std::lock_guard disk(disk_);
+  bool before = false;
   {
     const std::lock_guard lock(mutex_);
-    wanted_.clean_mark = false;
+    before = std::exchange(wanted_.clean_mark, false);
   }
   std::string fault = remove_file(folder_ / "clean_mark");
   const std::lock_guard lock(mutex_);
-  if (fault.empty()) written_.clean_mark = false;
+  if (fault.empty()) {
+    written_.clean_mark = false;
+  } else {
+    wanted_.clean_mark = before;  // nobody arms
+    is_unsure_ = true;
+    changed_.notify_one();
+  }
   return fault;
 }
 
@@ -165,8 +172,8 @@ void LatchStore::run() {
   std::string reported;
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return stopping_ || wanted_ != written_; });
-    if (wanted_ == written_) return;
+    changed_.wait(lock, [this] { return stopping_ || is_behind(); });
+    if (!is_behind()) return;
     lock.unlock();
     std::string fault;
     {
@@ -176,6 +183,7 @@ void LatchStore::run() {
       lock.unlock();
       fault = apply(wanted);
       lock.lock();
+      is_unsure_ = !fault.empty();
       if (fault.empty()) written_ = wanted;
       lock.unlock();
     }

@@ -54,6 +54,7 @@ class LatchStore {
 
  private:
   std::string apply(const StoredState& wanted);
+  [[nodiscard]] bool is_behind() const { return is_unsure_ || wanted_ != written_; }
   void run();
 
   std::filesystem::path folder_;
@@ -67,6 +68,7 @@ class LatchStore {
   std::condition_variable changed_;
   StoredState wanted_;
   StoredState written_;
+  bool is_unsure_ = false;  // a write failed half-way: the disk may have neither
   bool stopping_ = false;
   std::thread writer_;
 };

@@ -106,13 +106,14 @@ void run(const Arguments& arguments) {
   if (arguments.endpoints.access.empty()) {
     log.warning("access is open: whoever reaches this gate may move the robot");
   }
-  LatchStore store(arguments.state_dir, [&log](const std::string& fault) { log.warning(fault); });
   ZenohTransport transport(arguments.endpoints, keys,
                            RouterWait(arguments.endpoints.router, signals, log));
   if (transport.hears_another_gate(kOtherGatePatience)) {
     throw StartFailed("another gate already serves the robot " + arguments.robot +
                       "; see: fairlead ps");
   }
+  // Not before: a folder once used without a clean mark is one in which the robot was armed.
+  LatchStore store(arguments.state_dir, [&log](const std::string& fault) { log.warning(fault); });
   DecisionLog decisions(
       {arguments.decision_log, arguments.decision_log_files, arguments.decision_log_mib << 20U},
       make_header(*limits, arguments.config), log);

@@ -13,6 +13,9 @@ namespace {
 // ends far earlier, by leases and heartbeats.
 constexpr int kLinkSilenceMs = 2000;
 constexpr int kOpenPatienceMs = 2000;
+// An answer for which a link has no room is waited for, by whoever holds the gate's lock; then the
+// link is closed. Zenoh's own 5 s would be 5 s without a lease.
+constexpr int kAnswerWaitUs = 5000;
 // Connections that say nothing are let wait for so long. Beyond its own 100 of them Zenoh turns
 // each away at once, at the cost of 4 ms in which nothing is received.
 constexpr int kAcceptPending = 10'000;
@@ -43,9 +46,12 @@ std::string session_config(const Endpoints& endpoints) {
       {"period_init_ms", 50}, {"period_max_ms", 500}, {"period_increase_factor", 2}};
   const json off = {{"enabled", false}};
   // An express message takes a whole batch, so a step's burst must find room for each. Where
-  // there is none the message is dropped at once: whoever puts holds the gate's lock.
-  const json queue = {{"size", {{"real_time", 16}, {"data", 4}}},
-                      {"congestion_control", {{"drop", {{"wait_before_drop", 0}}}}}};
+  // there is none the message is dropped at once: whoever puts holds the gate's lock. Answers have
+  // to arrive; who asks and does not read them loses its link.
+  const json queue = {
+      {"size", {{"real_time", 16}, {"data", 4}}},
+      {"congestion_control",
+       {{"drop", {{"wait_before_drop", 0}}}, {"block", {{"wait_before_close", kAnswerWaitUs}}}}}};
   json transport = {
       {"link", {{"tx", {{"queue", queue}}}}},
       {"unicast", {{"accept_timeout", kLinkSilenceMs}, {"accept_pending", kAcceptPending}}}};

@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "process/gate_process.hpp"
@@ -191,12 +192,17 @@ class ZenohTransport::Session {
   }
 
   void forget_source(std::string_view source) {
-    std::shared_ptr<SourcePublishers> unused;  // undeclared without the lock
-    const std::lock_guard lock(sources_mutex_);
-    const auto found = sources_.find(source);
-    if (found == sources_.end()) return;
-    unused = std::move(found->second);
-    sources_.erase(found);
+    std::shared_ptr<SourcePublishers> unused;
+    {
+      const std::lock_guard lock(sources_mutex_);
+      const auto found = sources_.find(source);
+      if (found == sources_.end()) return;
+      unused = std::move(found->second);
+      sources_.erase(found);
+    }
+    // Undeclared here, where no lock is held: it waits for what its subscriber calls. A step that
+    // puts a verdict with it may be such a call, and has to be done first.
+    while (unused.use_count() > 1) std::this_thread::yield();
   }
 
   void publish(OutputKind kind, const Name& source, Bytes payload, Leaves when) {

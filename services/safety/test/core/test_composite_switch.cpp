@@ -196,3 +196,36 @@ TEST_CASE("G025 the row that acted last is remembered over holds, claims and sta
     CHECK(send(-1.0) == 0);
   }
 }
+
+TEST_CASE("G025 a switch that rows have left out is down, also after a hold in motion") {
+  GateRig rig(true);
+  rig.limits.parts[composite].modes.composite_mode.switches_anywhere = false;
+  rig.limits.parts[composite].modes.composite_mode.step_limit = 2.0;
+  rig.restart(BootInfo{true, false, {}});
+  rig.ready();
+  const auto send = [&rig](bool switched_up) {
+    ChunkBuilder chunk = rig.chunk({0.0});
+    chunk.chunk.parts.clear();
+    chunk.scalar(gripper, Mode::gripper_position, {0.01});
+    if (switched_up) chunk.scalar(composite, Mode::composite_mode, {1.0});
+    return rig.send_chunk(chunk).code;
+  };
+  const auto act = [&rig](bool composite_acts) {
+    const SafeChunk safe = rig.safe_chunk();
+    std::vector<Acted> acted;
+    for (std::size_t part = 0; part < rig.limits.parts.size(); ++part) {
+      const bool acts = part == gripper || (part == composite && composite_acts);
+      acted.push_back(acts ? row_of(safe, 0) : hold);
+    }
+    rig.next_tick_of(acted);
+  };
+  rig.next_tick(hold);
+  REQUIRE(send(true) == 0);
+  act(true);
+  REQUIRE(send(false) == 0);  // at standstill it may be left out
+  rig.velocities[base_x] = 0.5;
+  act(false);
+  rig.next_tick(hold);
+  CHECK(send(true) == 25);
+  CHECK(send(false) == 0);
+}

@@ -2,9 +2,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "process/latch_store.hpp"
@@ -125,4 +127,37 @@ TEST_CASE("a folder that others may write is not believed") {
   if (::geteuid() != 0) return;  // only root can give it away
   REQUIRE(::chown(folder.path.c_str(), 12345, 12345) == 0);
   CHECK_THROWS_AS(LatchStore(folder.path, ignore), StartFailed);
+}
+
+TEST_CASE("after a write that failed half-way the disk is made what is wanted, even as before") {
+  const Folder folder;
+  std::atomic<bool> failed = false;
+  {
+    LatchStore store(folder.path, [&](const std::string&) { failed = true; });
+    store.set_clean_mark(true);
+    while (!fs::exists(folder.path / "clean_mark")) std::this_thread::yield();
+    fs::create_directories(folder.path / "latch" / "occupied");  // no file can take its place
+    store.set_clean_mark(false);
+    store.set_latch(kRecord);
+    while (!failed) std::this_thread::yield();
+    fs::remove_all(folder.path / "latch");
+    store.set_latch({});
+    store.set_clean_mark(true);
+  }
+  CHECK(fs::exists(folder.path / "clean_mark"));
+  CHECK_FALSE(fs::exists(folder.path / "latch"));
+}
+
+TEST_CASE("an arm that was refused for the mark's sake leaves a gate that ends clean") {
+  const Folder folder;
+  {
+    LatchStore store(folder.path, ignore);
+    store.set_clean_mark(true);
+    while (!fs::exists(folder.path / "clean_mark")) std::this_thread::yield();
+    fs::remove(folder.path / "clean_mark");
+    fs::create_directories(folder.path / "clean_mark" / "occupied");
+    CHECK(store.clear_clean_mark_now() != "");
+    fs::remove_all(folder.path / "clean_mark");
+  }
+  CHECK(fs::exists(folder.path / "clean_mark"));
 }

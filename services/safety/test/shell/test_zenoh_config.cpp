@@ -57,6 +57,7 @@ TEST_CASE("nothing waits for room on a link, whatever the mode") {
     const json config = json::parse(session_config(endpoints));
     const json& queue = config["transport"]["link"]["tx"]["queue"];
     CHECK(queue["congestion_control"]["drop"]["wait_before_drop"] == 0);
+    CHECK(queue["congestion_control"]["block"]["wait_before_close"] == 5000);
     CHECK(queue["size"]["real_time"] == 16);
     CHECK(config["scouting"]["multicast"]["enabled"] == false);
   }

@@ -62,9 +62,22 @@ void PartHistory::update(const MeasuredState& before, const MeasuredState& now,
       memory.note_forgotten(modes_of(limits_.parts[i]));
     else if (part_at_standstill(limits_, now, limits_.parts[i]))
       memory.rest();
+    if (holds && is_left_out(i, now, claims)) memory.composite = Switch::negative;
     note_goal(i, row, composite, before, now);
   }
   forget_held(now);
+}
+
+// A switch that the rows of its claim said nothing to: that tells it down.
+bool PartHistory::is_left_out(std::size_t part, const MeasuredState& now,
+                              const ClaimTable& claims) const {
+  const bool is_switch =
+      limits_.parts[part].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
+  const LiveClaim* claim = is_switch ? claims.holder_of(part) : nullptr;
+  if (claim == nullptr) return false;
+  for (const std::size_t other : claim->limits.parts)
+    if (now.acted[other].hold == 0) return true;
+  return false;
 }
 
 // Which way a controller was switched in that tick: down where nothing told it.

@@ -42,6 +42,8 @@ class PartHistory {
   [[nodiscard]] Setpoint acted_row(std::size_t part, const MeasuredState& now,
                                    const ClaimTable& claims) const;
   [[nodiscard]] Switch switched(const MeasuredState& now, const ClaimTable& claims) const;
+  [[nodiscard]] bool is_left_out(std::size_t part, const MeasuredState& now,
+                                 const ClaimTable& claims) const;
   [[nodiscard]] Pose tool_of(std::size_t part, const MeasuredState& state) const;
   void note_goal(std::size_t part, const Setpoint& row, Switch switched,
                  const MeasuredState& before, const MeasuredState& now);

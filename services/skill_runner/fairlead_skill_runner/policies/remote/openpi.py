@@ -59,6 +59,7 @@ class OpenpiPolicy:
         self._skill = skill
         self._options = options
         self._link: ClientConnection | None = None
+        self._failed = False  # which may be a server's end
         self._open = ExitStack()
         self._metadata: list[str] = []
 
@@ -91,7 +92,7 @@ class OpenpiPolicy:
         Raises:
             PolicyError: if none is.
         """
-        was_ended = self._server_ended()
+        was_ended, self._failed = self._failed or self._server_ended(), False
         self._close()
         self._dial()
         if was_ended:
@@ -185,6 +186,7 @@ class OpenpiPolicy:
             return float_rows(WHO, "actions", rows, skill.action_contract.dim, skill.horizon)
         except PolicyError:
             self._close()
+            self._failed = True
             raise
 
     def _request(self, observation: Observation) -> dict[str, object]:

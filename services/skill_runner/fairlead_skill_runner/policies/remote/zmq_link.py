@@ -48,6 +48,7 @@ class ZmqLink:
         self._socket: zmq.Socket[bytes] | None = None
         self._monitor: zmq.Socket[bytes] | None = None
         self._key: str | None = None
+        self._lost = False  # its server, since it was dialled
         self.arrays: Arrays = "npy"
 
     def dial(self) -> bool:
@@ -62,7 +63,8 @@ class ZmqLink:
             self._open()
             # Asked once the new connection has answered: the one thread that serves both has then
             # seen what became of the old one. ZeroMQ itself dials anew silently.
-            return before[1] is not None and bool(before[1].poll(0))
+            lost, self._lost = self._lost, False
+            return lost or (before[1] is not None and bool(before[1].poll(0)))
         finally:
             _close(*before)
 
@@ -124,6 +126,7 @@ class ZmqLink:
             raise PolicyError(f"{WHO}: {address} answered no message: {error}") from None
         if self._monitor is not None and self._monitor.poll(0):
             self.close()  # ZeroMQ dials anew silently: this may be another server's answer
+            self._lost = True
             raise PolicyError(f"{WHO}: {self._options.address}: the link was lost meanwhile")
         if isinstance(reply, dict) and "error" in reply:
             failed = ServerError(self._options, str(reply["error"]))
