@@ -35,7 +35,6 @@ FOUND_BY: dict[str, tuple[tuple[str, ...], set[str]]] = {
     "takes rows of an earlier epoch": (
         ("forged rows", "forged leases"), {"row of another epoch"},  # the others stop it
     ),
-    "follows a left epoch": (("forged leases",), {"rows under: lease of an earlier epoch"}),
     "takes rows of the past": (("forged rows",), {"row of a chunk that began in the past"}),
     "goes on after SIGSTOP": (("pause",), {"resume after SIGSTOP"}),
     "old states": (("pause",), {"resume after SIGSTOP"}),
