@@ -179,6 +179,12 @@ def test_each_robot_that_was_started_of_a_file_is_stopped_as_it_was_then(
     file.write_text("other", encoding="utf-8")
     registry.write_by_hand("runner", Running("left", str(file), "/state", None, {}), is_gate=False)
     assert [kept.read_text() for kept in registry.kept_files(file)] == ["left", "right"]
+    registry.remove("left")  # an `up` beside it that ends
+    assert [kept.read_text() for kept in registry.kept_files(file)] == ["left", "right"]
+    (tmp_path / "state" / "running" / "left.yaml").unlink()
+    assert [kept.read_text() for kept in registry.kept_files(file)] == ["other", "right"]
+    (tmp_path / "state" / "running" / "right.yaml").write_text("other")  # two hosts of one robot
+    assert len(registry.kept_files(file)) == 1
 
 
 @pytest.mark.processes

@@ -31,7 +31,7 @@ def test_a_run_has_what_was_measured_asked_decided_and_stopped(scene: Scene) -> 
     assert {tick for tick, _ in run.verdicts} <= {state.tick for state in run.joints}
     assert run.claims[released.claim_id].source == released.source
     assert run.newest_claim is not None and run.newest_claim[1] == released.start_tick
-    assert [why for _, why in run.stops] == [cause]
+    assert [why for _, why, _ in run.stops] == [cause]
     assert len(run.between(refused.start_tick, 10**6, refused.session).verdicts) == 1
 
 

@@ -12,7 +12,7 @@ TOOL = ("x", "y", "z", "rx", "ry", "rz")
 
 ARROWS_AND_FUNCTION_KEYS = (
     "\x1b[A", "\x1b[B", "\x1b[C", "\x1b[D", "\x1bOP", "\x1bOS", "\x1b[15~", "\x1b[3~", "\x1b[1;5D",
-    "\x1bw",
+    "\x1bw", "\x1b[[A", "\x1b[[B", "\x1b[[C", "\x1bO2S", "\x1bO5R",
 )  # fmt: skip
 
 

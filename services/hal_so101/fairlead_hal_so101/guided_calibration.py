@@ -151,7 +151,8 @@ def _turned(steps: int) -> int:
 
 
 def _store(bus: ServoBus, servo: CalibratedServo) -> None:
-    """Into the servo's EEPROM, and locked."""
+    """Into the servo's EEPROM, and locked; one that lost power meanwhile has locked itself."""
+    bus.put(servo.id, "lock", 0)
     bus.put(servo.id, "homing_offset", servo.homing_offset_steps)
     bus.put(servo.id, "min_position_limit", servo.lower_steps)
     bus.put(servo.id, "max_position_limit", servo.upper_steps)

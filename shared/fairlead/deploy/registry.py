@@ -133,10 +133,16 @@ class Registry:
         self._path(name, "yaml").write_bytes(file.read_bytes())
 
     def kept_files(self, file: Path) -> list[Path]:
-        """Copies of the file of each deployment that runs of it, as it was then."""
+        """Copies of a file as it was when deployments that run were started of it.
+
+        Each that differs once: several hosts of a robot may be on this machine. The file itself
+        where a copy is missing.
+        """
         whole = str(file.absolute())
         names = [entry.name for entry in self.entries() if entry.deployment == whole]
-        return [path for path in (self._path(name, "yaml") for name in names) if path.is_file()]
+        kept = [self._path(name, "yaml") for name in names]
+        found = [path if path.is_file() else file for path in kept]
+        return list({path.read_bytes(): path for path in found if path.is_file()}.values())
 
     def write_by_hand(self, service: str, entry: Running, is_gate: bool) -> None:
         """List one service that nobody supervises, beside what is supervised.
@@ -159,7 +165,8 @@ class Registry:
     def remove(self, name: str) -> None:
         """Forget a deployment that has ended; whoever calls this holds its lock."""
         self._path(name, "json").unlink(missing_ok=True)
-        self._path(name, "yaml").unlink(missing_ok=True)
+        if self.find(name) is None:  # nor does a service by hand
+            self._path(name, "yaml").unlink(missing_ok=True)
 
     def remove_if_ended(self, name: str) -> None:
         """Forget a deployment, unless it was started again meanwhile."""

@@ -139,7 +139,7 @@ def verify_layout(
     assembler, rng = LocalAssembler(robot), np.random.default_rng(seed)
     base_pose = rng.uniform(BASE_LOWEST, BASE_HIGHEST).tolist()
     options = _simulator(robot_id, base_pose).model_copy(update={"seed": seed, "cameras": ()})
-    backend = RobosuiteBackend(options, robot.tick_period_ns)
+    backend = RobosuiteBackend(options, robot.tick_period_ns, robot)
     worst = {field: _Worst() for field in fields}
     try:
         for tick in range(1, n_ticks + 1):

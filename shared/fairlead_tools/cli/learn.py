@@ -42,7 +42,8 @@ def record_command(
     noise: Annotated[
         float,
         typer.Option(
-            min=0.0, max=1.0, help="added to the rows: each episode up to this share of full scale"
+            min=0.0, max=1.0,
+            help="added to the rows: in each episode up to this standard deviation, of full scale",
         ),
     ] = 0.0,
     ticks: Annotated[int, typer.Option(min=1, help="longest episode")] = 500,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import queue
+import select
 import signal
 import sys
 import threading
@@ -88,4 +89,7 @@ def _write(line: str) -> None:
     """Past Python's own output, whose lock would be held for as long as the terminal is stuck."""
     data = f"{printable_lines(line)}\n".encode(errors="backslashreplace")
     while data:
-        data = data[os.write(sys.stdout.fileno(), data) :]
+        try:
+            data = data[os.write(sys.stdout.fileno(), data) :]
+        except BlockingIOError:  # others may have set the terminal so
+            select.select([], [sys.stdout.fileno()], [])

@@ -54,8 +54,9 @@ class Told(msgspec.Struct, frozen=True):
 class Header(msgspec.Struct, frozen=True):
     """What was recorded.
 
-    skill_hash: SHA-256 of the skill's manifest, in hexadecimal digits. noise: most that was added
-    to a number of a row, as a share of its full scale. expert: that was asked; "" for none.
+    skill_hash: SHA-256 of the skill's manifest, in hexadecimal digits. noise: largest standard
+    deviation of what was added to a number of a row, as a share of its full scale.
+    expert: that was asked; "" for none.
     pictures: their names.
     """
 

@@ -90,7 +90,7 @@ def record(
     options = read_options(hal, deployment.services[hal].options)
     with (
         closing(LocalEyes(options, robot, skill)) as eyes,
-        closing(RobosuiteBackend(options, robot.tick_period_ns)) as backend,
+        closing(RobosuiteBackend(options, robot.tick_period_ns, robot)) as backend,
     ):
         run = _Runs(deployment, skill, backend, eyes, teacher)
         for seed in seeds:
@@ -185,9 +185,8 @@ class _Runs:
         for policy in (self._policy, self._expert):
             if policy is not None:
                 policy.reset()
-        self._eyes.begin(0)
+        self._eyes.begin(1)  # the held tick is none of the episode, as in a host
         self._backend.reset(seed)
-        self._eyes.look(0, self._backend)
         self._backend.apply({})
         if not self._is_same_vector:
             self._check_vector()

@@ -54,7 +54,7 @@ class LocalEpisode:
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
         self._assembler, self._policy = LocalAssembler(robot), make_policy(skill)
         self._routes = resolve_routes(skill.action_contract, robot)
-        self._backend = RobosuiteBackend(options, robot.tick_period_ns)
+        self._backend = RobosuiteBackend(options, robot.tick_period_ns, robot)
         self.trace = EpisodeTrace()
         try:
             self._eyes = LocalEyes(options, robot, skill)

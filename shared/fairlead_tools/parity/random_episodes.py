@@ -37,7 +37,9 @@ def random_episodes(
     robot = load_robot(deployment.robot)
     name = deployment.only("hal_sim")
     options = read_options(name, deployment.services[name].options)
-    backend = RobosuiteBackend(options.model_copy(update={"cameras": ()}), robot.tick_period_ns)
+    backend = RobosuiteBackend(
+        options.model_copy(update={"cameras": ()}), robot.tick_period_ns, robot
+    )
     routes = resolve_routes(skill.action_contract, robot)
     from fairlead_skill_runner import TraceRecord, dispatch
 

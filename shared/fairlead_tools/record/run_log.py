@@ -83,7 +83,7 @@ class Run:
     """What a gate heard and decided, in order.
 
     claims: by claim id. verdicts: each with the newest measured tick when it was given.
-    stops: tick and cause of each stop or latch. damage: why the log ends early, or "".
+    stops: tick, cause and HAL session of each stop or latch. damage: why the log ends early, or "".
     """
 
     header: Header
@@ -91,7 +91,7 @@ class Run:
     chunks: list[ActionChunk] = field(default_factory=list)
     claims: dict[int, Claim] = field(default_factory=dict)
     verdicts: list[tuple[int, Verdict]] = field(default_factory=list)
-    stops: list[tuple[int, str]] = field(default_factory=list)
+    stops: list[tuple[int, str, int]] = field(default_factory=list)
     damage: str = ""
 
     @property
@@ -162,7 +162,7 @@ class Run:
                 if (first <= tick <= last and one.session in (0, session))
                 or (one.source, one.claim_id, one.seq) in kept
             ],
-            stops=[(tick, why) for tick, why in self.stops if first <= tick <= last],
+            stops=[one for one in self.stops if first <= one[0] <= last and one[2] == session],
         )  # fmt: skip
 
 
@@ -281,7 +281,7 @@ def _take(run: Run, data: bytes, state: GateState) -> GateState:
         elif kind == _Output.STATUS:
             status = decode(GateStatus, payload)
             if status.state != state and status.state >= GateState.STOPPED:
-                run.stops.append((run.tick, status.cause))
+                run.stops.append((run.tick, status.cause, status.session))
             state = GateState(status.state)
     return state
 

@@ -63,7 +63,7 @@ def draw_timeline(run: Run, robot: RobotManifest, title: str, path: Path) -> Non
     _draw_verdicts(run, column[-1])
     for axis in column:
         axis.grid(visible=True, color="#e0e0e0", linewidth=0.5)
-        for tick, _ in run.stops:
+        for tick, *_ in run.stops:
             axis.axvline(tick, color=_STOP_COLOUR, linewidth=1.5)
     if run.joints:
         column[0].set_xlim(_first_tick(run) - 1, run.tick + 2)
@@ -164,7 +164,7 @@ def _draw_verdicts(run: Run, axis: Axes) -> None:
             1.005, level, f"{counts.get(name, 0)} {name}", color=colour, fontsize=8, va="center",
             transform=axis.get_yaxis_transform(),
         )  # fmt: skip
-    for tick, why in run.stops:
+    for tick, why, _ in run.stops:
         late = tick > first + LATE * (run.tick - first)
         axis.annotate(
             why, (tick, len(_OUTCOMES) - 0.5), fontsize=7, color=_STOP_COLOUR, va="top",

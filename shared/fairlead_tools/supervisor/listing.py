@@ -20,8 +20,10 @@ class Listing:
         self._file, self._state_dir = str(file), str(state_dir)
         self._lock: IO[str] | None = None
 
-    def reserve(self, names: Collection[str]) -> None:
+    def reserve(self, names: Collection[str], gate: str) -> None:
         """List these processes as not started yet.
+
+        Beside a gate that was started by hand the copy of the file stays as it was then.
 
         Raises:
             ServiceError: the deployment runs already, or something of these does.
@@ -31,8 +33,10 @@ class Listing:
         self._lock = self._registry.lock(self._name)
         try:
             self._refuse_leftovers(names)
+            before = self._registry.find(self._name)
             self.write(dict.fromkeys(names, ServiceEntry(None, False, 0)))
-            self._registry.keep_file(self._name, Path(self._file))
+            if before is None or gate not in before.by_hand:
+                self._registry.keep_file(self._name, Path(self._file))
         except BaseException:
             self._unlock()
             raise

@@ -116,7 +116,9 @@ class Supervisor:
         Raises:
             ServiceError: it runs already, or something of it does.
         """
-        self._listing.reserve(self.processes)
+        services = self.deployment.services.items()
+        gate = next((name for name, spec in services if spec.run == "safety"), "")
+        self._listing.reserve(self.processes, gate)
 
     async def wait_ready(self, timeout_s: float) -> None:
         """Wait until every service has said ``ready``; one that `keep` starts again, once more.

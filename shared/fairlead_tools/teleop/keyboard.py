@@ -114,8 +114,8 @@ def _going_on(escape: str, letter: str) -> str:
         return letter
     if escape == _ESCAPE:
         return escape + letter if letter in "[O" else ""
-    is_last = escape.endswith("O") or "@" <= letter <= "~"
-    return "" if is_last else escape + letter
+    is_first = escape == _ESCAPE + "[" and letter == "["  # F1 of a Linux console
+    return "" if "@" <= letter <= "~" and not is_first else escape + letter
 
 
 def _help(names: tuple[str, ...], pairs: list[tuple[str, str]]) -> str:

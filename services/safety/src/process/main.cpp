@@ -112,11 +112,12 @@ void run(const Arguments& arguments) {
     throw StartFailed("another gate already serves the robot " + arguments.robot +
                       "; see: fairlead ps");
   }
+  std::string header = make_header(*limits, arguments.config);
   // Not before: a folder once used without a clean mark is one in which the robot was armed.
   LatchStore store(arguments.state_dir, [&log](const std::string& fault) { log.warning(fault); });
   DecisionLog decisions(
       {arguments.decision_log, arguments.decision_log_files, arguments.decision_log_mib << 20U},
-      make_header(*limits, arguments.config), log);
+      std::move(header), log);
   ServiceManager manager;
   GateProcess process(*limits, arguments.config, store, log, decisions, transport, manager);
   log.info("configuration " + arguments.config + " (profile " +

@@ -73,10 +73,10 @@ bool PartHistory::is_left_out(std::size_t part, const MeasuredState& now,
                               const ClaimTable& claims) const {
   const bool is_switch =
       limits_.parts[part].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
-  const LiveClaim* claim = is_switch ? claims.holder_of(part) : nullptr;
-  if (claim == nullptr) return false;
-  for (const std::size_t other : claim->limits.parts)
-    if (now.acted[other].hold == 0) return true;
+  if (!is_switch) return false;
+  const LiveClaim* claim = claims.holder_of(part);  // none: it has ended since
+  for (std::size_t other = 0; other < limits_.parts.size(); ++other)
+    if (now.acted[other].hold == 0 && (claim == nullptr || claim->covers(other))) return true;
   return false;
 }
 
