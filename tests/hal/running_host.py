@@ -92,7 +92,7 @@ class PausingLog(MotionLog):
 class RunningHost:
     """A host in a thread, on a bus in memory."""
 
-    def __init__(self, folder: Path, pacing: Pacing = "realtime") -> None:
+    def __init__(self, folder: Path, pacing: Pacing = "realtime", limits: bytes = b"") -> None:
         self.paused_ns = self.suspended_ns = 0
         self.frame_id = ""  # a test's that has the arm moved in a frame of its choice
         self.backend = FailingBackend()
@@ -104,7 +104,7 @@ class RunningHost:
         self.motion_path = folder / "motion.jsonl"
         self.host = HalHost(
             HostSettings("hal", KEYS, pacing, SESSION),
-            identity(),
+            replace(identity(), limits=limits),
             self.backend,
             self.bus,
             PausingLog(folder, self._pause_at),

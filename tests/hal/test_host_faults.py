@@ -8,11 +8,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from fairlead.errors import ConfigError, HardwareError
+from fairlead.hal.backend import NotCarriedOutError
 from fairlead.hal.host import HalHost
 from fairlead.hal.identity import HostSettings
+from fairlead.hal.lease_follower import OTHER_LIMITS
 from fairlead.hal.plan_executor import MotionLog
 from fairlead.messages import (
     Hold,
@@ -162,3 +165,33 @@ def test_a_backend_with_another_joint_order_is_refused_with_both_lists(tmp_path:
     with pytest.raises(ConfigError, match=r"expected joints \['left', 'right'\], got \['base_x'"):
         HalHost(settings, other, FailingBackend(), MemoryBus(), log)
     log.close()
+
+
+def test_a_gate_with_other_limits_is_named_until_one_with_the_same_is_heard(tmp_path: Path) -> None:
+    host = RunningHost(tmp_path, limits=bytes([1]) * 32)
+    leases = host.bus.publisher(KEYS.lease, Lease, Qos.HOT)
+    leases.put(msgspec.structs.replace(lease(1, 1), config_hash=bytes([2]) * 32))
+    wait_until(lambda: host.status().state == "holding")
+    assert host.status().detail == OTHER_LIMITS
+    leases.put(msgspec.structs.replace(lease(2, 1), config_hash=bytes([1]) * 32))
+    wait_until(lambda: host.status().state == "ready")
+    host.close()
+
+
+def test_a_row_that_was_not_told_is_held_without_a_stop_or_a_fault(running: RunningHost) -> None:
+    running.backend.apply_error = NotCarriedOutError("a packet was lost")
+    seen = len(running.motion_path.read_text().splitlines())
+    move_until(running, lambda: "a packet was lost" in running.motion_path.read_text())
+    assert len(running.motion_path.read_text().splitlines()) > seen
+    assert running.status().state == "ready"
+    assert running.stops == []
+
+
+def test_a_hold_that_is_not_told_after_a_refused_row_is_no_fault(running: RunningHost) -> None:
+    running.backend.refuses_commands = True
+    running.backend.hold_error = NotCarriedOutError("a packet was lost")
+    move_until(running, lambda: bool(running.stops))
+    wait_until(lambda: running.status().state == "holding")
+    tick = running.status().tick
+    running.backend.hold_error = None
+    wait_until(lambda: running.status().tick > tick)

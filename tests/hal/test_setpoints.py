@@ -145,6 +145,19 @@ def test_a_gripper_travels_below_its_speed_limit_and_stops_at_the_command(
     np.testing.assert_allclose(last, [*START[:7], 0.02], atol=1e-12)
 
 
+def test_what_was_not_told_leaves_no_trace(setpoints: Setpoints, robot: RobotManifest) -> None:
+    """Targets, velocities and an opening on its way are as before; a lead comes back once more."""
+    other = Setpoints(robot)
+    other.restart(START)
+    told = {"arm": joints(ControlMode.JOINT_POSITION, {0: 0.5}), "gripper": opening(0.0)}
+    for one in (setpoints, other):
+        one.advance(told, START)
+    setpoints.advance({}, START)  # of which the robot heard nothing
+    setpoints.undo()
+    for _ in range(20):
+        np.testing.assert_array_equal(setpoints.advance({}, START), other.advance({}, START))
+
+
 def test_keep_position_leaves_the_setpoint_also_after_a_velocity(setpoints: Setpoints) -> None:
     before = follow(setpoints, arm=joints(ControlMode.JOINT_VELOCITY, {0: 2.0}))
     for _ in range(5):
