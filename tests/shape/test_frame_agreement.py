@@ -39,6 +39,12 @@ def hal_start(tmp_path: Path, robot: str, kind: str = "hal_mujoco") -> subproces
     )  # fmt: skip
 
 
+def never_compiled(folder: Path) -> None:
+    """A robot of which there is no gate file yet."""
+    for file in folder.glob("gate.*.json"):
+        file.unlink()
+
+
 def refusal(process: subprocess.Popen[str]) -> str:
     """What a HAL says that does not start."""
     try:
@@ -57,6 +63,9 @@ def test_a_wrong_description_is_refused_by_capsules_by_compile_and_by_the_hal(
     folder = own_robot(tmp_path, monkeypatch)
     urdf = folder / "panda.urdf"
     urdf.write_text(mistaken(urdf.read_text(), mistake))
+    old = refusal(hal_start(tmp_path, NAME))
+    assert "gate.sim.json was made of other files than today's" in old
+    never_compiled(folder)
     hal = hal_start(tmp_path, NAME)
     before = (folder / "capsules.yaml").read_text()
     capsules = fairlead("robot", "capsules", NAME, state=tmp_path)
@@ -114,6 +123,7 @@ def test_robosuites_hal_refuses_a_tool_that_is_elsewhere(
     start = text.index("<origin", text.index('<child link="grip_site"/>'))
     end = text.index("/>", start) + 2
     urdf.write_text(text[:start] + '<origin xyz="0 0 0" rpy="0 0 0"/>' + text[end:])
+    never_compiled(folder)
     said = refusal(hal_start(tmp_path, "moved", "hal_sim"))
     [line] = [line for line in said.splitlines() if " off at " in line]
     assert "frame grip_site: " in line
