@@ -13,7 +13,7 @@ from contextlib import suppress
 
 from bench.equipment.motion_log import MotionLine, MotionLog
 from fairlead.deploy.hosts import ROUTER
-from fairlead.errors import FairleadError
+from fairlead.errors import FairleadError, RefusedError
 from fairlead.messages import GateState, GoalResult, ResetEpisodeReply, SafeChunk, decode
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_hearing import Progress
@@ -24,6 +24,7 @@ from fairlead_tools.supervisor.scratch import ScratchRobot
 
 SKILL = "oracle-counter-to-cabinet"
 WAIT_S = 60.0
+ARM_S = 10.0
 HOLD_TIMEOUT_S = 15.0  # far beyond any promise
 POLL_S = 0.02
 DEADLINE_TICKS = 800
@@ -81,8 +82,17 @@ class LiveRobot:
         if self.client.gate_status().state == GateState.ARMED:
             self.client.disarm()
         reset = self.client.reset_episode(seed)
-        self.client.arm()
+        wait_for(self._is_armed, "a machine that is not too late to arm", ARM_S)
         return reset
+
+    def _is_armed(self) -> bool:
+        try:
+            self.client.arm()
+        except RefusedError as error:
+            if "ms old, at most" not in str(error):  # the newest state, on a busy machine
+                raise
+            return False
+        return True
 
     def make_ready(self, seed: int) -> None:
         """What a goal needs before it can begin to move."""

@@ -83,3 +83,13 @@ def test_what_follows_a_follower_stands_where_both_say_and_what_is_told_does_not
     qpos = np.array([0.2, 0.0, 0.0])
     follow(model, qpos, joint_ties(model, {0}))
     assert qpos.tolist() == pytest.approx([0.2, 0.4, 2 * -0.1 + 0.1**2])
+
+
+def test_a_tie_that_is_switched_off_ties_nothing(desk: Desk) -> None:
+    off = TIE.replace("/>", ' active="false"/>')
+    model = desk.example(
+        ('<position joint="right_finger" class="finger"/>', ""),
+        ("<keyframe>", f"<equality>{off}</equality><keyframe>"),
+    )
+    assert desk.new("first", "--mjcf", model).returncode == 0
+    assert "<mimic" not in (desk.robots / "first" / "first.urdf").read_text()

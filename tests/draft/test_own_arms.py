@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
+from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import read_skill
+from fairlead_tools.draft.derived_urdf import position_range
+from fairlead_tools.draft.source_model import load_source
 from fairlead_tools.skills.skeleton import skill_skeleton
 from tests.draft.drafting import Desk
 from tests.draft.own_arms import drafted, straight_arm, without_gripper
@@ -31,3 +36,23 @@ def test_a_home_where_the_tool_is_singular_is_said_by_new_and_check(desk: Desk) 
 def test_a_bent_home_is_no_finding(desk: Desk) -> None:
     drafted(desk, "bare", without_gripper())
     assert "home" not in [subject for subject, _ in desk.findings("bare", "open")]
+
+
+def test_end_stops_of_the_model_hold_for_a_joint_that_the_urdf_calls_continuous(desk: Desk) -> None:
+    model = desk.example()
+    assert desk.new("first", "--mjcf", model).returncode == 0
+    urdf = (desk.robots / "first" / "first.urdf").read_text()
+    turning = re.sub(r'(<joint name="pan" type=)"revolute"', r'\1"continuous"', urdf)
+    assert turning != urdf
+    done = desk.new("mine", "--mjcf", model, "--urdf", desk.write("maker.urdf", turning))
+    assert done.returncode == 0, done.stderr
+    joint = load_robot("mine").joint("pan")
+    assert (joint.type, joint.lower, joint.upper) == ("revolute", -2.8, 2.8)
+
+
+def test_a_servo_that_is_geared_backwards_reaches_the_other_way(desk: Desk) -> None:
+    servo = '<position joint="roll" gear="-1" ctrlrange="0 1"/>'
+    model = desk.example(('<position joint="roll"/>', servo))
+    source = load_source(model)
+    number = source.model.joint("roll").id
+    assert position_range(source, number) == (-1.0, 0.0)

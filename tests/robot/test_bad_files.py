@@ -143,6 +143,8 @@ BAD: dict[str, tuple[str, Spoil, str]] = {
                         "robot.yaml commands it, and it mimics another joint"),
     "tighter there": (URDF, swap(LIMIT, LIMIT.replace("-2.8973", "-1")),
                       "expected lower in robot.yaml within the description's, -1, got -2.8973"),
+    "an end left out": (URDF, swap(LIMIT, LIMIT.replace('lower="-2.8973"', "")),
+                        "expected lower in robot.yaml within the description's, 0, got -2.8973"),
     "slower there": (URDF, swap(LIMIT, LIMIT.replace("2.175", "0.5")),
                      "expected velocity in robot.yaml within the description's, 0.5, got 2.175"),
     "limit that is none": (URDF, swap(LIMIT, LIMIT.replace("87", "nan")),

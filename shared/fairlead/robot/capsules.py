@@ -13,6 +13,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from fairlead.errors import ConfigError
+from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.mode_limits import Point, Positive, SafetyBlock
 from fairlead.yaml_file import load_yaml
@@ -98,7 +99,7 @@ def load_capsules(robot: RobotManifest) -> CapsuleFile:
     Raises:
         ConfigError: naming the file and everything in it that does not fit.
     """
-    path = robot.description_path().parent / robot.capsules
+    path = robot_dir(robot.id) / robot.capsules
     if not path.is_file():
         raise ConfigError(
             f"robot {robot.id}: no file {path}; make it with: fairlead robot capsules {robot.id}"

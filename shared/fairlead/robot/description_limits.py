@@ -47,7 +47,7 @@ def check_description_limits(robot: RobotManifest, document: ET.Element, path: s
             )
         if entry.find("mimic") is not None and joint in robot.joints:
             raise ConfigError(f"{who}: robot.yaml commands it, and it mimics another joint")
-        for name, described_as, told in _pairs(joint, entry.find("limit"), who):
+        for name, described_as, told in _pairs(joint, entry, who):
             if (told < described_as) if name == "lower" else (told > described_as):
                 raise ConfigError(
                     f"{who}: expected {name} in robot.yaml within the description's, "
@@ -74,8 +74,9 @@ def check_limit(joint: ET.Element, who: str) -> None:
         number(text, f"{who}: limit {name}")
 
 
-def _pairs(joint: Joint, limit: ET.Element | None, who: str) -> Iterator[tuple[str, float, float]]:
-    """Name, the description's number and the manifest's."""
+def _pairs(joint: Joint, entry: ET.Element, who: str) -> Iterator[tuple[str, float, float]]:
+    """Name, the description's number and the manifest's; an end that is not given is 0 there."""
+    limit, ends = entry.find("limit"), {"lower": "0", "upper": "0"}
     if limit is None:
         return
     told = {"velocity": joint.velocity_limit, "effort": joint.effort_limit}
@@ -83,6 +84,8 @@ def _pairs(joint: Joint, limit: ET.Element | None, who: str) -> Iterator[tuple[s
         told |= {"lower": joint.lower, "upper": joint.upper}
     for name, value in told.items():
         text = limit.get(name)
+        if text is None and entry.get("type") != "continuous":
+            text = ends.get(name)
         if text is not None:
             yield name, number(text, f"{who}: limit {name}"), value
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from fairlead.errors import ConfigError, expected
+from fairlead.paths import robot_dir
 from fairlead.robot.capsules import Capsule, load_capsules
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
@@ -66,7 +67,9 @@ def capsules_command(
         require_picture("robot capsules --picture", picture)
     manifest = load_robot(robot)
     clearance_m = min(one.self_collision.clearance_m for one in manifest.safety.values())
-    rule = PairRule(clearance_m, drop_margin_m, samples)
+    most_m = max(one.self_collision.clearance_m for one in manifest.safety.values())
+    margin_m = None if drop_margin_m is None else drop_margin_m + most_m - clearance_m
+    rule = PairRule(clearance_m, margin_m, samples)  # what is left out is far in every profile
     with ProgressLine(quiet=as_json) as line, line.counting() as say:
         say(f"{robot}: its geometry, and whether its description agrees")
         shape = RobotShape(manifest, geometry_source(manifest, model), say)
@@ -197,7 +200,7 @@ def _check(
     if problems:
         raise typer.Exit(1)
     if not quiet:
-        path = shape.robot.description_path().parent / shape.robot.capsules
+        path = robot_dir(shape.robot.id) / shape.robot.capsules
         echo(f"{path} covers the geometry, and has the pairs that follow from it")
 
 
@@ -222,7 +225,7 @@ def _write(
 ) -> None:
     from fairlead_tools.shape.file_text import file_text
 
-    path = manifest.description_path().parent / manifest.capsules
+    path = robot_dir(manifest.id) / manifest.capsules
     try:
         path.write_text(file_text(manifest.id, asked, capsules, pairs), encoding="utf-8")
     except OSError as error:

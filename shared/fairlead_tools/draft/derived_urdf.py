@@ -97,7 +97,8 @@ def _mimic(source: SourceModel, joint: int) -> list[str]:
     for tie in range(model.neq):
         leads, follows = int(model.eq_obj2id[tie]), int(model.eq_obj1id[tie])
         first, ratio, *bends = (float(value) for value in model.eq_data[tie, :5])
-        if model.eq_type[tie] != kind or follows != joint or leads < 0 or any(bends):
+        is_other = model.eq_type[tie] != kind or follows != joint or not model.eq_active0[tie]
+        if is_other or leads < 0 or any(bends):
             continue
         if not source.actuators(joint):
             zero, leader_zero = (model.qpos0[model.jnt_qposadr[one]] for one in (joint, leads))
@@ -128,9 +129,11 @@ def position_range(source: SourceModel, joint: int) -> tuple[float, float] | Non
     if model.jnt_limited[joint]:
         ends.append(model.jnt_range[joint])
     ends += [
-        model.actuator_ctrlrange[one]
+        np.sort(model.actuator_ctrlrange[one] / model.actuator_gear[one, 0])
         for one in source.actuators(joint)
-        if model.actuator_ctrllimited[one] and is_position_servo(model, one)
+        if model.actuator_ctrllimited[one]
+        and is_position_servo(model, one)
+        and model.actuator_gear[one, 0] != 0.0
     ]
     if not ends:
         return None

@@ -103,6 +103,12 @@ def draft_joints(
     ]
 
 
+def _check_range(lower: float | None, upper: float | None, who: str) -> None:
+    if lower is None or upper is None or not lower < upper:
+        got = "none" if lower is None or upper is None else f"{lower:g} to {upper:g}"
+        raise ConfigError(expected(f"{who}: lower and upper", "a range", got))
+
+
 def _draft(
     joint: ET.Element, file: str, source: SourceModel | None, number: int | None,
     sags: Mapping[int, float], drives: bool,
@@ -119,7 +125,7 @@ def _draft(
     lower = max((v for v in (told["lower"], soft["lower"]) if v is not None), default=None)
     upper = min((v for v in (told["upper"], soft["upper"]) if v is not None), default=None)
     efforts = [told["effort"]] if told["effort"] is not None else []
-    lag_s = 0.0
+    lag_s, bounds = 0.0, None
     if source is not None and number is not None:
         bounds = position_range(source, number)
         if bounds is not None:
@@ -127,11 +133,12 @@ def _draft(
             upper = bounds[1] if upper is None else min(upper, bounds[1])
         efforts += [one for one in (effort_limit(source, number),) if one is not None]
         lag_s = servo_lag_s(source, number)
-    if kind == "continuous":
+    if kind == "continuous" and bounds is not None:  # the MJCF has end stops
+        kind, (lower, upper) = "revolute", bounds
+    elif kind == "continuous":
         lower = upper = None
-    elif lower is None or upper is None or not lower < upper:
-        got = "none" if lower is None or upper is None else f"{lower:g} to {upper:g}"
-        raise ConfigError(expected(f"{who}: lower and upper", "a range", got))
+    else:
+        _check_range(lower, upper, who)
     velocity = told["velocity"] or _SPEED[unit]
     open_, effort = {}, min(efforts, default=_EFFORT[unit])
     if told["velocity"] is None:
