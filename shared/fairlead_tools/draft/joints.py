@@ -133,10 +133,8 @@ def _draft(
             upper = bounds[1] if upper is None else min(upper, bounds[1])
         efforts += [one for one in (effort_limit(source, number),) if one is not None]
         lag_s = servo_lag_s(source, number)
-    if kind == "continuous" and bounds is not None:  # the MJCF has end stops
-        kind, (lower, upper) = "revolute", bounds
-    elif kind == "continuous":
-        lower = upper = None
+    if kind == "continuous":  # unless the MJCF has end stops
+        kind, (lower, upper) = ("revolute", bounds) if bounds else (kind, (None, None))
     else:
         _check_range(lower, upper, who)
     velocity = told["velocity"] or _SPEED[unit]
