@@ -237,3 +237,45 @@ TEST_CASE("G025 a switch that rows have left out is down, also after a hold in m
   CHECK(send(true) == 25);
   CHECK(send(false) == 0);
 }
+
+TEST_CASE("G025 rows of another claim say nothing of a switch that is not theirs") {
+  GateRig rig(true);
+  rig.limits.parts[composite].modes.composite_mode.switches_anywhere = false;
+  rig.limits.parts[composite].modes.composite_mode.step_limit = 2.0;
+  rig.restart(BootInfo{true, false, {}});
+  rig.connect_and_arm();
+  rig.send(EventKind::claim, rig.claim_request({"arm", "gripper", "composite"}));
+  rig.claim_id = rig.reply<ClaimReply>().claim_id;
+  Claim driving = rig.claim_request({"base"});
+  driving.source = "driver";
+  rig.send(EventKind::claim, driving);
+  const std::uint64_t driver_id = rig.reply<ClaimReply>().claim_id;
+  const auto grip = [&rig](bool switched_up) {
+    ChunkBuilder chunk = rig.chunk({0.0});
+    chunk.chunk.parts.clear();
+    chunk.scalar(gripper, Mode::gripper_position, {0.01});
+    if (switched_up) chunk.scalar(composite, Mode::composite_mode, {1.0});
+    return rig.send_chunk(chunk);
+  };
+  const auto drive = [&rig, driver_id] {
+    ChunkBuilder chunk = rig.chunk({0.0});
+    chunk.chunk.source = "driver";
+    chunk.chunk.claim_id = driver_id;
+    const Verdict verdict = rig.send_chunk(chunk, "driver");
+    REQUIRE(verdict.code == 0);
+    return Acted{0, verdict.verdict_id, 0};
+  };
+  rig.next_tick(hold);
+  const Verdict up = grip(true);
+  REQUIRE(up.code == 0);
+  const Acted gripped{0, up.verdict_id, 0};
+  std::vector<Acted> acted(rig.limits.parts.size(), hold);
+  acted[base] = drive();
+  acted[gripper] = acted[composite] = gripped;
+  rig.next_tick_of(acted);
+  acted.assign(acted.size(), hold);
+  acted[base] = drive();
+  rig.velocities[arm_1] = 0.5;
+  rig.next_tick_of(acted);
+  CHECK(grip(false).code == 25);  // it is still up: nobody left it out
+}
