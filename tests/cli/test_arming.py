@@ -240,25 +240,16 @@ def test_it_does_not_disarm_what_is_no_longer_armed(
     assert gate.asked == ["arm"]
 
 
-def test_hardware_is_not_armed_without_a_yes(
-    gate: ScriptedGate, clients: dict[str, RobotClient], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("meanwhile", [GateState.DISARMED, GateState.ARMED])
+def test_without_a_yes_hardware_is_not_armed_nor_disarmed_that_somebody_else_has_armed_meanwhile(
+    meanwhile: GateState,
+    gate: ScriptedGate,
+    clients: dict[str, RobotClient],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def no(text: str, abort: bool, err: bool) -> None:
         assert text == "The robot is real and will move. Arm it?" and abort and err
-        raise typer.Abort
-
-    monkeypatch.setattr("typer.confirm", no)
-    monkeypatch.setattr("sys.stdin", TerminalInput())
-    with pytest.raises(typer.Abort), armed(clients["hardware"]):
-        pass
-    assert gate.asked == []
-
-
-def test_who_answers_no_does_not_disarm_what_somebody_else_has_armed_meanwhile(
-    gate: ScriptedGate, clients: dict[str, RobotClient], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def no(*_: object, **__: object) -> None:
-        gate.state = GateState.ARMED
+        gate.state = meanwhile
         raise typer.Abort
 
     monkeypatch.setattr("typer.confirm", no)

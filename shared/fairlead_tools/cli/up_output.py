@@ -43,12 +43,10 @@ class UpOutput:
 
     def close(self) -> None:
         """Have nothing left that would fail to be written when the process ends."""
-        try:
+        with suppress(OSError):  # a full disk behind a redirection
             if self._ends():
                 sys.stdout.flush()
                 return
-        except OSError:
-            pass
         forget_output()
 
     def detach(self) -> None:

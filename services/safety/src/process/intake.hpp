@@ -36,16 +36,15 @@ class Budget {
 };
 
 /// A frame is a claim's by the key it came on and the session, epoch and claim id that it begins
-/// with: others may know these, but have other keys. The claims of a
-/// source have a budget of their own, and a smaller one for copies of its newest frame; all else
-/// shares one.
+/// with: others may know these, but have other keys. The claims of a source have a budget of their
+/// own, and a smaller one for copies of its newest frame; all else shares one.
 /// Any thread may call.
 class Intake {
  public:
-  /// A claim was granted to a source, in whose place it is.
-  /// `live`: grants of the newest lease; what they are for keeps its turns.
+  /// A claim was granted to a source. Its earlier claims that are among the grants of the newest
+  /// lease, `live`, keep their turns.
   void expect(const std::string& source, std::uint64_t session, std::uint64_t epoch,
-              std::uint64_t claim_id, const FixedVec<Grant, max_claims>& live = {});
+              std::uint64_t claim_id, const FixedVec<Grant, max_claims>& live);
   /// It holds no claim any more.
   void forget(const std::string& source);
   /// Whether a candidate, whose source is that of its key, gets a turn.

@@ -199,24 +199,29 @@ TEST_CASE("G025 the row that acted last is remembered over holds, claims and sta
 
 TEST_CASE("G025 a switch that rows have left out is down, also after a hold in motion") {
   bool ends = false;
+  std::size_t told = gripper;
   SUBCASE("under its claim") {}
+  SUBCASE("by rows of the first part") { told = arm; }
   SUBCASE("whose claim ended before the state came that tells of them") { ends = true; }
   GateRig rig(true);
   rig.limits.parts[composite].modes.composite_mode.switches_anywhere = false;
   rig.limits.parts[composite].modes.composite_mode.step_limit = 2.0;
   rig.restart(BootInfo{true, false, {}});
   rig.ready();
-  const auto send = [&rig](bool switched_up) {
+  const auto send = [&rig, told](bool switched_up) {
     ChunkBuilder chunk = rig.chunk({0.0});
     chunk.chunk.parts.clear();
-    chunk.scalar(gripper, Mode::gripper_position, {0.01});
+    if (told == arm)
+      chunk.joint(arm, Mode::joint_position, arm_1, {0.0});
+    else
+      chunk.scalar(gripper, Mode::gripper_position, {0.01});
     if (switched_up) chunk.scalar(composite, Mode::composite_mode, {1.0});
     return rig.send_chunk(chunk).code;
   };
-  const auto act = [&rig](const SafeChunk& safe, bool composite_acts) {
+  const auto act = [&rig, told](const SafeChunk& safe, bool composite_acts) {
     std::vector<Acted> acted;
     for (std::size_t part = 0; part < rig.limits.parts.size(); ++part) {
-      const bool acts = part == gripper || (part == composite && composite_acts);
+      const bool acts = part == told || (part == composite && composite_acts);
       acted.push_back(acts ? row_of(safe, 0) : hold);
     }
     rig.next_tick_of(acted);

@@ -38,7 +38,7 @@ int admitted(Intake& intake, int count, std::uint64_t now_ns, const Make& make,
 
 TEST_CASE("intake: strangers share a hundred frames a second, whatever they cite") {
   Intake intake;
-  intake.expect("runner", 0xABCD, 7, 5);
+  intake.expect("runner", 0xABCD, 7, 5, {});
   const auto junk = [](int i) {
     const std::vector<std::vector<std::uint8_t>> kinds{{}, {1, 2, 3}, chunk_of(6), {0x9F, 3, 1}};
     return kinds[static_cast<std::size_t>(i) % kinds.size()];
@@ -62,7 +62,7 @@ TEST_CASE("intake: strangers share so many bytes, too") {
 
 TEST_CASE("intake: copies of a claim's newest chunk have a budget of their own") {
   Intake intake;
-  intake.expect("runner", 0xABCD, 7, 5);
+  intake.expect("runner", 0xABCD, 7, 5, {});
   CHECK(admitted(intake, 1000, second, [](int) { return chunk_of(5); }) == 21);
   CHECK(intake.take_left_out().copies == 979);
   CHECK(admitted(intake, 100, second,
@@ -71,7 +71,7 @@ TEST_CASE("intake: copies of a claim's newest chunk have a budget of their own")
 
 TEST_CASE("intake: a claim gets a thousand chunks a second") {
   Intake intake;
-  intake.expect("runner", 0xABCD, 7, 5);
+  intake.expect("runner", 0xABCD, 7, 5, {});
   const auto next = [](int i) { return chunk_of(5, 1 + static_cast<std::uint64_t>(i)); };
   CHECK(admitted(intake, 1000, second, next) == 200);
   CHECK(intake.take_left_out().excess == 800);
@@ -80,7 +80,7 @@ TEST_CASE("intake: a claim gets a thousand chunks a second") {
 
 TEST_CASE("intake: the claims of one source have their turns, up to as many as may live") {
   Intake intake;
-  for (std::uint64_t id = 1; id <= max_claims + 1; ++id) intake.expect("runner", 0xABCD, 7, id);
+  for (std::uint64_t id = 1; id <= max_claims + 1; ++id) intake.expect("runner", 0xABCD, 7, id, {});
   (void)admitted(intake, 200, second, [](int) { return std::vector<std::uint8_t>{}; });
   CHECK_FALSE(intake.admits("runner", chunk_of(1), second));
   for (std::uint64_t id = 2; id <= max_claims + 1; ++id)
@@ -104,7 +104,7 @@ TEST_CASE("intake: a claim that lives keeps its turns however many others its so
 TEST_CASE("intake: another claim brings its source no budget beside the one it has") {
   Intake intake;
   const auto next = [&](std::uint64_t id) {
-    intake.expect("runner", 0xABCD, 7, id);
+    intake.expect("runner", 0xABCD, 7, id, {});
     return admitted(intake, 300, second,
                     [&](int i) { return chunk_of(id, 1 + static_cast<std::uint64_t>(i)); });
   };
@@ -115,18 +115,18 @@ TEST_CASE("intake: another claim brings its source no budget beside the one it h
 TEST_CASE("intake: a claim that is handed over is the next source's; an arming ends all") {
   Intake intake;
   const auto next = [](int i) { return chunk_of(5, 1 + static_cast<std::uint64_t>(i)); };
-  intake.expect("runner", 0xABCD, 7, 5);
+  intake.expect("runner", 0xABCD, 7, 5, {});
   CHECK(admitted(intake, 300, second, next) == 200);
-  intake.expect("other", 0xABCD, 7, 5);
+  intake.expect("other", 0xABCD, 7, 5, {});
   CHECK(admitted(intake, 300, second, next, "other") == 200);
-  intake.expect("runner", 0xABCD, 9, 10);
+  intake.expect("runner", 0xABCD, 9, 10, {});
   (void)admitted(intake, 200, second, [](int) { return std::vector<std::uint8_t>{}; });
   CHECK_FALSE(intake.admits("runner", chunk_of(5, 2), second));
 }
 
 TEST_CASE("intake: what cites another source's claim takes nothing from it") {
   Intake intake;
-  intake.expect("runner", 0xABCD, 7, 5);
+  intake.expect("runner", 0xABCD, 7, 5, {});
   const auto next = [](int i) { return chunk_of(5, 1 + static_cast<std::uint64_t>(i)); };
   CHECK(admitted(intake, 1000, second, next, "other") <= 100);
   CHECK(admitted(intake, 1000, second, next) == 200);

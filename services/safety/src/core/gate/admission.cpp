@@ -87,8 +87,7 @@ Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim&
 // motions that are judged already.
 Objection check_switches(const Limits& limits, const ClaimLimits& claim) {
   for (const std::size_t part : claim.parts) {
-    if (!limits.parts[part].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode)))
-      continue;
+    if (!limits.parts[part].modes.composite_mode.supported) continue;
     for (std::size_t other = 0; other < limits.parts.size(); ++other)
       if (moves_tool(limits.parts[other].modes) && !claim.parts.contains(other))
         return {phrase("parts: expected ", limits.parts[other].name, " with ",

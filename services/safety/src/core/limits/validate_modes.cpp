@@ -124,9 +124,7 @@ Text check_frames(const Limits& limits, const PartLimits& part, Mode mode, const
 // With a composite switch up the next row does what one leaves: of more than all, less than
 // nothing, which nothing here is made for.
 Text check_gain_of_left(const Limits& limits, const CartesianLimits& block, const Text& key) {
-  const auto switches = [](const PartLimits& part) {
-    return part.modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
-  };
+  const auto switches = [](const PartLimits& part) { return part.modes.composite_mode.supported; };
   if (std::none_of(limits.parts.begin(), limits.parts.end(), switches)) return {};
   if (block.gain.upper <= 1.0) return {};
   return phrase(key, ".gain: expected at most 1, as the robot has a composite switch, got ",

@@ -23,9 +23,9 @@ Evidence check_listed(const RowView& view, std::uint16_t acted_modes) {
   return {};
 }
 
-bool turns_anywhere(const ModeLimits& modes, std::uint8_t mode) {
-  return mode != static_cast<std::uint8_t>(Mode::composite_mode) ||
-         modes.composite_mode.switches_anywhere;
+bool turns_anywhere(const RowView& view) {
+  return view.mode() != static_cast<std::uint8_t>(Mode::composite_mode) ||
+         view.modes.composite_mode.switches_anywhere;
 }
 
 // In realtime the newest state was measured before the row of its own tick. Without a row that acts
@@ -85,7 +85,7 @@ Evidence check_change(const RowView& view, const RowBefore& before, const Action
 
 Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,
                       const Setpoint& acted) {
-  if (turns_anywhere(view.modes, view.mode())) return {};
+  if (turns_anywhere(view)) return {};
   const Switch from = switched_before(before, view.now.action->part, acted);
   if (from == Switch::none || from == switch_of(view.now[0])) return {};
   return check_turn(view.limits, view.state, claim, before, "composite", view.now[0]);
@@ -93,8 +93,8 @@ Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBe
 
 Evidence check_left_out(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
                         const RowBefore& before, std::size_t part) {
-  constexpr auto mode = static_cast<std::uint8_t>(Mode::composite_mode);
-  if (!limits.parts[part].modes.supports(mode) || turns_anywhere(claim.modes[part], mode))
+  if (!limits.parts[part].modes.composite_mode.supported ||
+      claim.modes[part].composite_mode.switches_anywhere)
     return {};
   const Switch from = switched_before(before, part, told_to(part, before, limits));
   if (from == Switch::none || from == Switch::negative) return {};
@@ -102,9 +102,7 @@ Evidence check_left_out(const Limits& limits, const MeasuredState& state, const 
 }
 
 Evidence check_later_switch(const RowView& view) {
-  if (turns_anywhere(view.modes, view.mode()) ||
-      switch_of(view.previous[0]) == switch_of(view.now[0]))
-    return {};
+  if (turns_anywhere(view) || switch_of(view.previous[0]) == switch_of(view.now[0])) return {};
   return broken_rule(code::change, "composite",
                      "the first row of a chunk and standstill, to turn the composite switch",
                      view.now[0], view.previous[0]);

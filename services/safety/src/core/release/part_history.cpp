@@ -71,9 +71,7 @@ void PartHistory::update(const MeasuredState& before, const MeasuredState& now,
 // A switch that the rows of its claim said nothing to: that tells it down.
 bool PartHistory::is_left_out(std::size_t part, const MeasuredState& now,
                               const ClaimTable& claims) const {
-  const bool is_switch =
-      limits_.parts[part].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
-  if (!is_switch) return false;
+  if (!limits_.parts[part].modes.composite_mode.supported) return false;
   const LiveClaim* claim = claims.holder_of(part);  // none: it has ended since
   for (std::size_t other = 0; other < limits_.parts.size(); ++other)
     if (now.acted[other].hold == 0 && (claim == nullptr || claim->covers(other))) return true;
@@ -84,9 +82,7 @@ bool PartHistory::is_left_out(std::size_t part, const MeasuredState& now,
 Switch PartHistory::switched(const MeasuredState& now, const ClaimTable& claims) const {
   Switch found = Switch::negative;
   for (std::size_t i = 0; i < limits_.parts.size(); ++i) {
-    const bool is_switch =
-        limits_.parts[i].modes.supports(static_cast<std::uint8_t>(Mode::composite_mode));
-    if (!is_switch || now.acted[i].hold != 0) continue;
+    if (!limits_.parts[i].modes.composite_mode.supported || now.acted[i].hold != 0) continue;
     const Setpoint row = acted_row(i, now, claims);
     found = row.action != nullptr ? switch_of(row[0]) : Switch::unknown;
   }
