@@ -96,3 +96,28 @@ def test_a_frame_that_is_no_link_is_refused_before_the_gate_would(tmp_path: Path
     assert str(error.value).startswith(
         "robot panda: end effector 'gripper': expected a link, got 'panda_hand_tcp' (valid: "
     )
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "told"),
+    [
+        ("capsules.yaml", "hand", "left_inner_finger", "capsules.yaml: capsules"),
+        ("robot.yaml", "[base_link]", "[left_outer_knuckle]", "cartesian_delta: frames"),
+    ],
+)
+def test_a_finger_has_no_place_of_its_own_in_the_gate(
+    file: str, old: str, new: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would be judged where it was measured, not where its target brings it."""
+    folder = tmp_path / "mine"
+    shutil.copytree(robot_dir("kinova3"), folder)
+    for name, was, now in (("robot.yaml", "id: kinova3", "id: mine"), (file, old, new)):
+        text = (folder / name).read_text(encoding="utf-8")
+        assert was in text
+        (folder / name).write_text(text.replace(was, now), encoding="utf-8")
+    monkeypatch.setenv("FAIRLEAD_ROBOTS", str(tmp_path))
+    with pytest.raises(ConfigError) as error:
+        compile_gate_config(load_robot("mine"), "sim")
+    wrong = new.strip("[]")
+    carries = f"{told}: expected the link that carries this finger, got {wrong!r} (valid: "
+    assert carries in str(error.value)

@@ -37,14 +37,17 @@ def surface(model: mujoco.MjModel, geom: int, rng: np.random.Generator) -> Float
 def farthest_out(
     robot: RobotManifest,
     model: mujoco.MjModel,
-    root_body: str,
     capsules: list[Capsule],
     samples: int,
 ) -> float:
-    """How far the worst point of the robot is out of all its capsules [m], over random poses."""
+    """How far the worst point of the robot is out of all its capsules [m], over random poses.
+
+    The capsules are where the gate puts them: of a finger that opens, it knows the last state only.
+    """
     kinematics = pin.buildModelFromUrdf(str(robot.description_path()))
     posed, data, rng = kinematics.createData(), mujoco.MjData(model), np.random.default_rng(11)
-    root = model.body(root_body).id
+    assert robot.simulator is not None
+    root = model.body(robot.simulator.base_body).id
     worst = -np.inf
     for _ in range(samples):
         q = _random_pose(robot, model, data, kinematics, rng)
@@ -72,15 +75,23 @@ def _random_pose(
     kinematics: pin.Model,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """The same random joint positions in both models; fingers anywhere in their range."""
+    """The same random joint positions in both models, but for fingers, which are on their way."""
     assert robot.simulator is not None
     q: FloatArray = pin.neutral(kinematics)
     for joint in (*robot.joints, *robot.passive_joints):
         sources = robot.simulator.joints[joint.name]
         if len(sources) == 1 and kinematics.existJointName(joint.name):
-            value = rng.uniform(joint.lower, joint.upper)
+            low, high = (joint.lower, joint.upper) if joint.has_bounds else (-np.pi, np.pi)
+            value = rng.uniform(low, high)
             data.qpos[model.jnt_qposadr[model.joint(sources[0]).id]] = value
-            q[kinematics.joints[kinematics.getJointId(joint.name)].idx_q] = value
+            if joint.role == "gripper":
+                value = rng.uniform(low, high)
+            place = kinematics.joints[kinematics.getJointId(joint.name)]
+            told = [value] if place.nq == 1 else [np.cos(value), np.sin(value)]
+            q[place.idx_q : place.idx_q + place.nq] = told
+    for tie in np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT):
+        follower, leader = model.jnt_qposadr[[model.eq_obj1id[tie], model.eq_obj2id[tie]]]
+        data.qpos[follower] = np.polyval(model.eq_data[tie][4::-1], data.qpos[leader])
     return q
 
 

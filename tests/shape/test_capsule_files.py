@@ -28,14 +28,14 @@ SIMULATOR_M = 1e-4  # robosuite's model and the URDF agree so well
 ROBOSUITE = "robosuite:PandaOmron"
 
 
-@pytest.mark.parametrize("name", ["panda", "dual_panda"])
+@pytest.mark.parametrize("name", ["panda", "dual_panda", "kinova3", "ur5e"])
 def test_no_point_of_the_model_is_outside_whatever_the_fingers_do(name: str) -> None:
     robot = load_robot(name)
     model = mujoco.MjModel.from_xml_path(str(robot_dir(name) / f"{name}.xml"))
     capsules = list(load_capsules(robot).capsules)
-    assert farthest_out(robot, model, "base_link", capsules, 100) <= ROUNDING_M
+    assert farthest_out(robot, model, capsules, 100) <= ROUNDING_M
     narrow = [c.model_copy(update={"radius_m": c.radius_m - 0.003}) for c in capsules]
-    assert farthest_out(robot, model, "base_link", narrow, 20) > 0.0005
+    assert farthest_out(robot, model, narrow, 20) > 0.0005
 
 
 @pytest.mark.simulator
@@ -43,7 +43,7 @@ def test_no_point_of_robosuites_robot_is_outside() -> None:
     robot = load_robot("panda_mobile")
     shape = RobotShape(robot, geometry_source(robot, ROBOSUITE))
     capsules = list(load_capsules(robot).capsules)
-    assert farthest_out(robot, shape.source.model, "mobilebase0_base", capsules, 30) <= SIMULATOR_M
+    assert farthest_out(robot, shape.source.model, capsules, 30) <= SIMULATOR_M
     assert shape.uncovered(capsules) == []
     # MuJoCo's own answer is 0 in 3 % of the poses of these two, which are 0.02 m apart.
     poses = link_poses(shape.tree, random_positions(robot, shape.tree, 500))

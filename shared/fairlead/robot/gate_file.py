@@ -25,6 +25,7 @@ from fairlead.robot.gate_geometry import (
     compiled_base,
     compiled_shape,
     compiled_workspace,
+    is_swept,
 )
 from fairlead.robot.home_check import check_home
 from fairlead.robot.joint import Joint
@@ -128,11 +129,13 @@ def _check_frames(
         for name in modes.names:
             frames = getattr(getattr(modes, name), "frames", ())
             named.append((f"part {part!r}: {name}: frames", frames))
+    swept = {link.name for link in tree.links if is_swept(robot, tree, link)}
+    own = [frame for frame in tree.frames if frame not in swept]
     for who, frames in named:
         for frame in frames:
-            if frame not in tree.frames:
-                who = f"robot {robot.id}: {who}"
-                raise ConfigError(expected(who, "a link", repr(frame), tree.frames))
+            if frame not in own:
+                wanted = "the link that carries this finger" if frame in swept else "a link"
+                raise ConfigError(expected(f"robot {robot.id}: {who}", wanted, repr(frame), own))
 
 
 def _link(link: Link) -> dict[str, Json]:

@@ -12,11 +12,16 @@ from fairlead.robot.surroundings import BaseSurroundings, SelfCollision, Volume,
 
 
 def is_swept(robot: RobotManifest, tree: DescriptionTree, link: Link) -> bool:
-    """Whether a link is a finger that no command moves by itself: part of what carries it."""
+    """Whether a link is a finger that counts as being everywhere it can be, as part of its carrier.
+
+    The gate does not predict where it goes: nothing commands it, or only a gripper's target does.
+    """
     if link.name in tree.coupled:
         return True
-    passive = link.joint in robot.passive_joint_names
-    return passive and robot.joint(link.joint or "").role == "gripper"
+    if link.joint is None or robot.joint(link.joint).role != "gripper":
+        return False
+    modes = [part.modes for part in robot.parts if link.joint in part.joints]
+    return not modes or any("gripper_position" in some for some in modes)
 
 
 def check_bare_links(
