@@ -12,7 +12,7 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.hal.identity import gate_limits
 from fairlead.hal.lease_follower import OTHER_LIMITS, SECOND_GATE, LeaseFollower
-from fairlead.messages import Lease
+from fairlead.messages import NO_HASH, Lease
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import load_robot
 from tests.hal.gate_messages import EPOCH, MS, SESSION, grant, lease
@@ -137,7 +137,8 @@ def test_the_limits_are_those_of_the_gate_file_made_of_the_robot_as_it_is(
     assert gate_limits(robot, "sim") == hashlib.sha256(file.read_bytes()).digest()
     made, text = tmp_path / "gate.sim.json", file.read_text(encoding="utf-8")
     monkeypatch.setattr("fairlead.hal.identity.robot_dir", lambda _: tmp_path)
-    assert gate_limits(robot, "sim") == b""
+    # Another host's HAL has no such file, and the gate's file is what would be made here.
+    assert gate_limits(robot, "sim") == hashlib.sha256(file.read_bytes()).digest()
     digest = json.loads(text)["compiled_from"]["robot.yaml"]
     made.write_text(text.replace(digest, "0" * 64), encoding="utf-8")  # robot.yaml was edited since
     with pytest.raises(ConfigError, match="of other files than today's.*fairlead robot compile"):
@@ -145,3 +146,6 @@ def test_the_limits_are_those_of_the_gate_file_made_of_the_robot_as_it_is(
     made.write_text("{", encoding="utf-8")
     with pytest.raises(ConfigError, match="cannot be read"):
         gate_limits(robot, "sim")
+    made.unlink()
+    monkeypatch.setattr("fairlead.robot.capsules.robot_dir", lambda _: tmp_path / "none")
+    assert gate_limits(robot, "sim") == NO_HASH

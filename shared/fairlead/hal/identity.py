@@ -21,9 +21,9 @@ from fairlead.hal.backend import BackendDescription, Measurement
 from fairlead.hal.command_check import CommandCheck
 from fairlead.hal.core import Pacing
 from fairlead.keys import Keys, last_chunk
-from fairlead.messages import FloatArray
+from fairlead.messages import NO_HASH, FloatArray
 from fairlead.paths import robot_dir
-from fairlead.robot.gate_file import source_digests
+from fairlead.robot.gate_file import compile_gate_config, source_digests
 from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Bus
@@ -112,15 +112,18 @@ def identity_of(manifest: RobotManifest, profile: str, robot: str) -> HalIdentit
 def gate_limits(manifest: RobotManifest, profile: str) -> bytes:
     """Hash of the gate file that has the limits by which this HAL moves, as leases name it.
 
-    Returns:
-        b"" if there is no such file here.
+    Without the file here, of what it would be if it were compiled here; `NO_HASH`, which no gate
+    has, if it could not be.
 
     Raises:
         ConfigError: it was made of other files than today's.
     """
     path = robot_dir(manifest.id) / f"gate.{profile}.json"
     if not path.is_file():
-        return b""
+        try:
+            return hashlib.sha256(compile_gate_config(manifest, profile).encode()).digest()
+        except ConfigError:
+            return NO_HASH
     try:
         content = path.read_bytes()
         made_of = json.loads(content)["compiled_from"]

@@ -12,7 +12,6 @@ from fairlead.hal.identity import gate_limits
 from fairlead.keys import Keys
 from fairlead.messages import (
     HELD,
-    NO_HASH,
     Decision,
     GateState,
     Grant,
@@ -53,7 +52,7 @@ class StandInGate:
     def __init__(
         self, bus: Bus, keys: Keys, robot: RobotManifest, profile: str, hal: HalStatus
     ) -> None:
-        self._limits = gate_limits(robot, profile) or NO_HASH
+        self._limits = gate_limits(robot, profile)
         self._bus, self._keys, self._robot, self.hal = bus, keys, robot, hal
         self._lock = threading.Lock()
         self._ended = threading.Event()
