@@ -60,7 +60,8 @@ class PathReference:
             doubt = float((spread.highest - spread.lowest)[self._robot.own(part)].max())
             spread = spread.after(branches, [after.joints for after in ends], adds_up)
             base_now = max(map(self._base_share, branches, ends))
-            drift, base_before = max(base_now, base_before), base_now
+            drift = max(base_now, base_before)  # of certified rows the fastest so far counts
+            base_before = drift if number + 1 < certified else base_now
             found = []
             for now, after in zip(branches, ends, strict=True):
                 speed = (after.joints - now) / self._period

@@ -22,9 +22,11 @@ def quiet(data: dict[str, Any]) -> dict[str, Any]:
         if part["singularity_limit"] is not None:
             part["singularity_limit"] = 1e-12
     let_tools_be_fast(data)
+    first, second = data["collision"]["pairs"][0]
     for number, capsule in enumerate(data["collision"]["capsules"]):
-        capsule.update(a=[0.0, 0.0, 100.0 * number], b=[0.0, 0.0, 100.0 * number], radius=0.001)
-    data["collision"]["clearance"] = 0.001
+        end = [0.0, 0.0, VAST if number == second else 0.0]
+        capsule.update(a=end, b=end, radius=0.001)
+    data["collision"].update(clearance=0.001, pairs=[[first, second]])
     for volume in data["workspace"]["volumes"]:
         volume.update(kind="keep_in", lower=[-VAST] * 3, upper=[VAST] * 3)
     if data["base"] is not None:

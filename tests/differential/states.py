@@ -14,6 +14,8 @@ REACHES = 60
 PERIOD_S = 0.05
 ROOM = 3.0
 """Where a joint without bounds may stand [m or rad]."""
+FASTEST = 2.0
+"""Of a quiet file's joints, too: what held in realtime is no further off than the walls [1/s]."""
 
 
 class StateMaker:
@@ -33,14 +35,19 @@ class StateMaker:
         return Measured(tick, positions, self._velocities(positions), self._efforts())
 
     def next(self, last: Measured) -> Measured:
-        """The state one tick later, within what the robot can do."""
+        """The state one tick later, within what the robot can do; nothing moves so that it would
+        be over a bound within two ticks more, as in `_velocities`."""
         reach = np.array([0.9 * joint.jump_limit for joint in self._joints])
         reach *= self._rng.choice([0.0, 0.01, 1.0])
         moved = last.positions + self._rng.uniform(-1.0, 1.0, len(reach)) * reach
         pairs = zip(self._joints, moved.tolist(), strict=True)
         moved = np.array([_not_within_tolerance(joint, position) for joint, position in pairs])
         most = 0.95 * np.array([joint.jump_limit for joint in self._joints])
-        moved = np.where(np.abs(moved - last.positions) > most, last.positions, moved)
+        way = moved - last.positions
+        lower = np.array([joint.lower for joint in self._joints])
+        upper = np.array([joint.upper for joint in self._joints])
+        over = (moved + 2.0 * way < lower) | (moved + 2.0 * way > upper)
+        moved = np.where((np.abs(way) > most) | over, last.positions, moved)
         return Measured(last.tick + 1, moved, self._velocities(moved), self._efforts())
 
     def _reach_into_box(self, positions: FloatArray, part: Part) -> None:
@@ -88,6 +95,7 @@ class StateMaker:
             slow = np.where(rng.random(len(still)) < 0.1, np.nextafter(still, 0.0), slow)
             return np.asarray(sign * slow, dtype=np.float64)
         top = np.array([np.nan_to_num(joint.velocity_limit, nan=0.1) for joint in self._joints])
+        top = np.minimum(top, FASTEST)
         return np.asarray(rng.uniform(-1.2, 1.2, len(top)) * top, dtype=np.float64)
 
     def _efforts(self) -> FloatArray:

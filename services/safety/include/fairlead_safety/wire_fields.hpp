@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <tuple>
 
@@ -20,8 +21,10 @@ class NumberView {
 
   [[nodiscard]] std::size_t size() const { return bytes_.size() / sizeof(double); }
   [[nodiscard]] Bytes bytes() const { return bytes_; }
-  /// Element i; the bytes may be unaligned, hence the copy.
+  /// Element i; the bytes may be unaligned, hence the copy. Beyond the end the process ends: a
+  /// wrong index is a fault of the gate's own.
   double operator[](std::size_t i) const {
+    if (i >= size()) std::abort();  // GCOVR_EXCL_LINE: no caller does
     double value;
     std::memcpy(&value, bytes_.data() + i * sizeof(double), sizeof(double));
     return value;

@@ -134,9 +134,9 @@ TEST_CASE("G024 a delta brakes like the joints that it moves") {
 
 TEST_CASE("G024 in the first row a joint may be as fast as it is measured") {
   const Limits limits = braking_at(5.0, -2.0, 0.15);
-  const auto code = [&](double target, double measured) {
+  const auto code = [&](double target, double measured, bool velocity_stuck = false) {
     MeasuredState state = at_rest();
-    state.velocities[slide_x] = measured;
+    (velocity_stuck ? state.travel_speeds : state.velocities)[slide_x] = measured;
     return free_arm::judge(limits, one_joint(Mode::joint_position, slide_x, {target}).chunk, state)
         .evidence.code;
   };
@@ -145,6 +145,8 @@ TEST_CASE("G024 in the first row a joint may be as fast as it is measured") {
   CHECK(code(0.01, 1.1) == 0);
   CHECK(code(0.01, 1.2) == 24);
   CHECK(code(-0.01, 1.2) == 0);
+  CHECK(code(0.01, 1.1, true) == 0);
+  CHECK(code(0.01, 1.2, true) == 24);
 }
 
 TEST_CASE("G024 what is measured may go on through the first row, whatever a velocity says") {
@@ -242,4 +244,24 @@ TEST_CASE("G024 realtime: what is measured goes on, whatever the row that acts a
     CHECK(code(less, acting, -1.0) == 24);
   }
   CHECK(code(less, 0.5, 0.0) == 0);  // 0.025 m, as far again, and 0.025 m to brake
+}
+
+TEST_CASE("G024 a target beyond a bound is at fault, also on the way back from one further out") {
+  const auto code = [](double measured, double target) {
+    MeasuredState state = at_rest();
+    state.positions[slide_x] = measured;
+    const ChunkBuilder last =
+        one_joint(Mode::joint_position, slide_x, {std::copysign(0.12, target)});
+    const Limits limits = braking_at(1e18, -0.1, 0.1);
+    return judge_path(RobotModel(limits), whole_robot(limits), state,
+                      one_joint(Mode::joint_position, slide_x, {target}).chunk, 0, 1,
+                      RowBefore{&last.chunk, 0}, {})
+        .evidence.code;
+  };
+  for (const double side : {1.0, -1.0}) {
+    CHECK(code(side * 0.09, side * 0.11) == 24);
+    CHECK(code(side * 0.1, side * 0.11) == 24);
+    CHECK(code(side * 0.09, side * 0.1) == 0);
+    CHECK(code(side * 0.115, side * 0.11) == 0);  // beyond it already
+  }
 }

@@ -113,3 +113,31 @@ TEST_CASE("G032 a base that drives: capsules it carries keep the clearance and t
   CHECK(judged(limits, driven({0.75})).evidence.code == 32);
   CHECK(judged(limits, driven({0.0})).evidence.ok());
 }
+
+TEST_CASE(
+    "G031 a base that still drives drifts what it carries until all rests, whatever is told") {
+  // 0.1 m at 1.5 m/s. The base drives when the tick that runs begins; then it is told 0, and the
+  // tool goes from 0.669 m to 0.7 m in the last row.
+  MeasuredState state = moving(1.5);
+  state.positions[arm_1] = 0.3;
+  for (const double told : {1.5, 0.0}) {
+    for (const std::size_t rows : {1U, 3U}) {
+      CAPTURE(told);
+      CAPTURE(rows);
+      ChunkBuilder acts = driven({told}), next = driven(Row(rows, 0.0));
+      acts.joint(arm, Mode::joint_position, arm_1, {0.3});
+      Row targets(rows, 0.3);
+      targets.back() = 0.0;
+      next.joint(arm, Mode::joint_position, arm_1, targets);
+      const RowBefore before{&acts.chunk, 0, false, nullptr};
+      const auto judged = [&](double x) {
+        const Limits limits = until(x);
+        const Judgement found = judge_path(RobotModel(limits), whole_robot(limits), state,
+                                           next.chunk, 0, rows, before, {});
+        return std::pair(found.row_count, found.evidence.code);
+      };
+      CHECK(judged(0.8 + eps) == std::pair<std::size_t, std::uint32_t>(rows, 0));
+      CHECK(judged(0.8 - eps) == std::pair<std::size_t, std::uint32_t>(rows - 1, 31));
+    }
+  }
+}

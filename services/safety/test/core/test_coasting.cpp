@@ -70,6 +70,14 @@ Judgement beside(const MeasuredState& state, Companions companions) {
 
 }  // namespace
 
+TEST_CASE("G032 what only its positions show to move is seen to come to rest") {
+  MeasuredState state = two_arms::at_rest();
+  state.travel_speeds[two_arms::right_1] = 0.5;
+  CHECK(beside(state, {}).evidence.code == 32);
+  state.travel_speeds[two_arms::right_1] = -0.5;  // away from it
+  CHECK(beside(state, {}).evidence.ok());
+}
+
 TEST_CASE(
     "G032 a later row may not meet what comes to rest beside it, coasting or after its rows") {
   MeasuredState state = two_arms::at_rest();

@@ -28,19 +28,32 @@ TEST_CASE("lists are equal if they are as long and equal item by item") {
   CHECK(shrunk == list({1, 2}));
 }
 
-TEST_CASE("reading beyond a list ends the process") {
-  FixedVec<std::uint64_t, 4> list;
-  (void)list.push_back(1);
+namespace {
+
+// The signal that ends a process which reads so.
+int ends_by(const auto& read) {
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {
     (void)std::signal(SIGABRT, SIG_DFL);  // not doctest's report
-    _exit(static_cast<int>(list[list.size()]));
+    _exit(static_cast<int>(read()));
   }
   int status = 0;
   REQUIRE(waitpid(child, &status, 0) == child);
-  CHECK(WIFSIGNALED(status));
-  CHECK(WTERMSIG(status) == SIGABRT);
+  return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+}
+
+}  // namespace
+
+TEST_CASE("reading beyond a list, or a block of a frame, ends the process") {
+  FixedVec<std::uint64_t, 4> list;
+  (void)list.push_back(1);
+  CHECK(ends_by([&] { return list[list.size() - 1]; }) == 0);
+  CHECK(ends_by([&] { return list[list.size()]; }) == SIGABRT);
+  const std::array<std::uint8_t, 17> bytes{};
+  const NumberView numbers{Bytes(bytes)};
+  CHECK(ends_by([&] { return numbers[1]; }) == 0);
+  CHECK(ends_by([&] { return numbers[2]; }) == SIGABRT);
 }
 
 TEST_CASE("a row of a joint mode commands the joints it names, one of another mode none") {

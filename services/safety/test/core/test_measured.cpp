@@ -149,8 +149,10 @@ TEST_CASE("a robot whose positions move does not stand still, whatever its veloc
     MeasuredState state = state_at_rest();
     state.travel_speeds[i] = just_below(limit);
     CHECK(at_standstill(limits, state));
-    state.travel_speeds[i] = limit;
-    CHECK_FALSE(at_standstill(limits, state));
+    for (const double speed : {limit, -limit}) {
+      state.travel_speeds[i] = speed;
+      CHECK_FALSE(at_standstill(limits, state));
+    }
   }
 }
 
@@ -159,7 +161,7 @@ TEST_CASE("positions tell a speed by the ticks between, beyond the encoder's ste
   const double step = limits.joints[arm_1].encoder_step;
   CHECK(travel_speed(limits, arm_1, 0.5, 0.5 + step, 1) == doctest::Approx(0.0));
   CHECK(travel_speed(limits, arm_1, 0.5, 0.6, 1) == doctest::Approx((0.1 - step) / 0.05));
-  CHECK(travel_speed(limits, arm_1, 0.6, 0.5, 4) == doctest::Approx((0.1 - step) / 0.2));
+  CHECK(travel_speed(limits, arm_1, 0.6, 0.5, 4) == doctest::Approx(-(0.1 - step) / 0.2));
   CHECK(travel_speed(limits, base_yaw, 3.1, 3.1 - 2.0 * std::numbers::pi, 1) <= 0.0);
   CHECK(travel_speed(limits, torso, 0.0, 0.1, 1) == doctest::Approx(2.0));
 }

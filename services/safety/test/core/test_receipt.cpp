@@ -16,6 +16,17 @@ struct Late : GateRig {
     const std::vector<std::uint8_t> frame = frame_of(message);
     gate->step(now_ns, Event{kind, "runner", frame, received_ns}, *out);
   }
+  void handle_state(std::uint64_t of_tick, std::uint64_t received_ns) {
+    JointState state;
+    state.session = session;
+    state.tick = of_tick;
+    const std::vector<double> none(measured_count, 0.0);
+    state.positions = state.velocities = state.efforts = NumberView(
+        Bytes(reinterpret_cast<const std::uint8_t*>(none.data()), none.size() * sizeof(double)));
+    for (std::size_t i = 0; i < part_count; ++i) (void)state.acted.push_back(Acted{2, 0, 0});
+    state.robot_hash = hash_of(7);
+    handle(EventKind::joint_state, state, received_ns);
+  }
   [[nodiscard]] bool holds_claim() { return !status().claims.empty(); }
 };
 
@@ -51,22 +62,23 @@ TEST_CASE("G011 a state that waited for its turn is as old as its arrival") {
   Late rig;
   rig.next_tick();
   rig.send_heartbeat();
-  JointState state;
-  state.session = rig.session;
-  state.tick = rig.tick + 1;
-  const std::vector<double> none(measured_count, 0.0);
-  const NumberView numbers(
-      Bytes(reinterpret_cast<const std::uint8_t*>(none.data()), none.size() * sizeof(double)));
-  state.positions = state.velocities = state.efforts = numbers;
-  for (std::size_t i = 0; i < rig.part_count; ++i) (void)state.acted.push_back(Acted{2, 0, 0});
-  state.robot_hash = hash_of(7);
   rig.now_ns += 150 * ms;
-  rig.handle(EventKind::joint_state, state, rig.now_ns - 100 * ms);
+  rig.handle_state(rig.tick + 1, rig.now_ns - 100 * ms);
   REQUIRE(rig.lease().state_tick == rig.tick + 1);
   rig.timer(150 * ms);
   CHECK(rig.gate->state() == GateState::armed);
   rig.timer(1);
   CHECK(rig.gate->state() == GateState::stopped);
+}
+
+TEST_CASE("G013 a state that waited for its turn may be of no later tick than when it came in") {
+  for (const std::uint64_t waited : {0 * ms, 100 * ms}) {
+    Late rig;
+    rig.next_tick();
+    rig.now_ns += 100 * ms;
+    rig.handle_state(rig.tick + 3, rig.now_ns - waited);
+    CHECK(rig.gate->state() == (waited == 0 ? GateState::armed : GateState::stopped));
+  }
 }
 
 TEST_CASE("G013 lockstep without a claim: a leap that no lost state explains is never taken") {

@@ -14,7 +14,7 @@ void narrow(Limits& limits) { limits.parts[arm].modes.joint_velocity.gain = {1.0
 // arm_1 goes from 1.5 rad towards its bound of 2 rad, and would end at 1.875.
 struct Approach : TrackedRig {
   explicit Approach(bool in_lockstep) : TrackedRig(in_lockstep, narrow) {
-    for (const double place : {0.5, 1.0, 1.5}) {
+    for (const double place : {0.5, 1.0, 1.5, 1.5}) {  // where it stands still
       positions[arm_1] = place;
       hold();
     }
@@ -198,6 +198,7 @@ TEST_CASE("realtime: what a push cut off stays cut off when the robot is back an
 TEST_CASE("realtime: no tick is granted whose row a push has cut off") {
   Approach rig(false);
   // Row 1 acts and ends at 1.93, row 2 at 1.98, row 3 would at 2.03.
+  rig.velocities[arm_1] = 1.0;
   rig.act_at(1.88);
   CHECK(rig.verdict().row == 3);
   CHECK(rig.verdict().released_last == rig.tick + 1);
@@ -208,7 +209,7 @@ TEST_CASE(
     "realtime: a joint pushed out of its bounds is led back by the row after the one acting") {
   const auto stops = [](const Row& speeds) {
     TrackedRig rig(false, narrow);
-    for (const double place : {0.5, 1.0, 1.5, 1.875}) {
+    for (const double place : {0.5, 1.0, 1.5, 1.875, 1.875}) {
       rig.positions[arm_1] = place;
       rig.hold();
     }

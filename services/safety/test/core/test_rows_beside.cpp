@@ -73,13 +73,17 @@ TEST_CASE("another claim of which only the row before is left tells nothing any 
   check_places(carried_by({RowBefore{&others.chunk, 0}, nullptr, 0, 0}, 2), {0.0, 0.0});
 }
 
-TEST_CASE(
-    "a base is as fast as in the newest row and the one before, however fast it was earlier") {
+TEST_CASE("a base is as fast as in any certified row; later as in the newest and the one before") {
   Limits limits = coasting_base();
   const ChunkBuilder chunk =
-      ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.9, 0.6, 0.3, 0.0, 0.0});
+      ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.9, 0.6, 0.3, 0.0, 0.0, 0.0});
   Predicted predicted(limits, state_at_rest(), chunk.chunk);
-  for (const double expected : {0.9, 0.9, 0.6, 0.3, 0.0}) {
+  for (const double expected : {0.9, 0.9, 0.9, 0.9}) {
+    (void)predicted.after_a_row();
+    CHECK(predicted.all.base_speed() == doctest::Approx(expected / 1.5));
+  }
+  predicted.all.only_forecast();
+  for (const double expected : {0.0, 0.0}) {
     (void)predicted.after_a_row();
     CHECK(predicted.all.base_speed() == doctest::Approx(expected / 1.5));
   }

@@ -152,6 +152,7 @@ TEST_CASE("G040 a tool's motion is seen along the axes of the frame that the row
       rig.positions[arm_1] += std::numbers::pi / 8;
       rig.hold();
     }
+    rig.hold();  // there it stands still
     rig.begin(ChunkBuilder().add(arm, Mode::cartesian_delta, Rows(4, told), {}, "upper"));
     rig.positions[joint] += change;
     rig.act();

@@ -100,7 +100,7 @@ TEST_CASE("so it is in the modes that no shipped robot has") {
           limits.joints[test::arm_2].bounded = false;
           limits.parts[test::arm].modes.joint_position.step_limit[test::arm_2] = endless;
         }) ==
-        "self-test: part arm, mode joint_position: 999999, number 4: expected G021, got a release");
+        "self-test: part arm, mode joint_position: 999999, number 4: expected G021, got G030");
 }
 
 TEST_CASE("bounds that left the numbers a robot can have are found") {

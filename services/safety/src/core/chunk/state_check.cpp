@@ -90,7 +90,7 @@ double standstill_limit(const Limits& limits, std::size_t i) {
 }
 
 double speed_of(const MeasuredState& state, std::size_t i) {
-  return std::max(std::abs(state.velocities[i]), state.travel_speeds[i]);
+  return std::max(std::abs(state.velocities[i]), std::abs(state.travel_speeds[i]));
 }
 
 bool is_still(const Limits& limits, const MeasuredState& state, std::size_t i) {
@@ -103,8 +103,16 @@ double travel_speed(const Limits& limits, std::size_t i, double from, double to,
                     std::uint64_t ticks) {
   // Nobody declares the noise of a joint that nothing commands.
   const double noise = i < limits.joints.size() ? limits.joints[i].encoder_step : 0.0;
-  const double travel = std::abs(measured_change(limits, i, from, to)) - noise;
+  const double change = measured_change(limits, i, from, to);
+  const double travel = std::copysign(std::max(std::abs(change) - noise, 0.0), change);
   return travel / (static_cast<double>(ticks) * static_cast<double>(limits.period_ns) * 1e-9);
+}
+
+double measured_speed(const Limits& limits, const MeasuredState& state, std::size_t i) {
+  const double velocity = state.velocities[i];
+  if (std::abs(velocity) >= standstill_limit(limits, i) || is_still(limits, state, i))
+    return velocity;
+  return state.travel_speeds[i];
 }
 
 Evidence check_still(std::uint32_t code, const Limits& limits, const MeasuredState& state,

@@ -27,6 +27,10 @@ inline double measured_change(const Limits& limits, std::size_t i, double from, 
 double travel_speed(const Limits& limits, std::size_t i, double from, double to,
                     std::uint64_t ticks);
 
+/// How fast measured joint `i` goes [rad/s or m/s], by its positions where its velocity says that
+/// it stands and they do not.
+double measured_speed(const Limits& limits, const MeasuredState& state, std::size_t i);
+
 /// The part's first joint that does not stand still, by its velocity or by its positions; `rule`
 /// says what for, the joint's source if it is empty.
 Evidence check_still(std::uint32_t code, const Limits& limits, const MeasuredState& state,

@@ -52,9 +52,9 @@ Text RobotEvents::hal_change() const {
 }
 
 // Another session that announced itself proves with a valid state that it is there.
-void RobotEvents::on_rival_state() {
+void RobotEvents::on_rival_state(std::uint64_t received_ns) {
   if (check_state(limits_, joint_state_).ok() && joint_state_.tick != 0)
-    on_session_news(hal_.take_rival_state(outbox_.now_ns));
+    on_session_news(hal_.take_rival_state(received_ns));
 }
 
 // When it came in, not when it got its turn: what waited behind a long step is no newer by that.
@@ -94,7 +94,7 @@ void RobotEvents::on_joint_state(const Event& event) {
   // the same, but not counted: any while no session is followed, and all but the first of one that
   // has announced itself.
   if (joint_state_.robot_hash != limits_.robot_hash) return outbox_.count(code::session);
-  if (joint_state_.session == hal_.rival() && hal_.rival() != 0) on_rival_state();
+  if (joint_state_.session == hal_.rival() && hal_.rival() != 0) on_rival_state(receipt_of(event));
   if (joint_state_.session != hal_.session() || hal_.session() == 0) {
     if (hal_.session() != 0 && joint_state_.session != counted_rival_) outbox_.count(code::session);
     if (joint_state_.session == hal_.rival()) counted_rival_ = joint_state_.session;
@@ -103,7 +103,7 @@ void RobotEvents::on_joint_state(const Event& event) {
   if (joint_state_.tick == 0 || joint_state_.tick < hal_.tick()) return;  // overtaken on the way
   if (!hal_.has_state() && joint_state_.tick > hal_.newest_first()) return refuse_first();
   Evidence evidence = check_state(limits_, joint_state_);
-  if (evidence.ok()) evidence = check_leap(joint_state_.tick);
+  if (evidence.ok()) evidence = check_leap(joint_state_.tick, receipt_of(event));
   if (!evidence.ok()) {
     machine_.note_bad_state();
     return machine_.raise_stop(evidence);
@@ -163,9 +163,9 @@ void RobotEvents::refuse_first() {
 // G013: ticks are periods. A state that claims more of them than can have passed would excuse
 // any jump and make later, honest ones look old: it is not taken. In lockstep a claim whose row
 // the HAL executed makes it wait for a lease of each tick; without one it steps to standstill.
-Evidence RobotEvents::check_leap(std::uint64_t tick) {
+Evidence RobotEvents::check_leap(std::uint64_t tick, std::uint64_t received_ns) {
   if (!hal_.has_state()) return {};
-  std::uint64_t newest = hal_.newest_possible(outbox_.now_ns);
+  std::uint64_t newest = hal_.newest_possible(received_ns);
   std::string_view rule = "the periods since the states before";
   bool can_leap = true;  // where a second state that agrees is believed
   if (hal_.lockstep()) {
@@ -176,7 +176,7 @@ Evidence RobotEvents::check_leap(std::uint64_t tick) {
     newest = hal_.tick() + std::min(step, UINT64_MAX - hal_.tick());
     rule = waits ? "lockstep: one tick for each lease" : "lockstep: ticks without a claim";
   }
-  if (tick <= newest || (can_leap && hal_.confirms_leap(tick, outbox_.now_ns))) return {};
+  if (tick <= newest || (can_leap && hal_.confirms_leap(tick, received_ns))) return {};
   return above(code::jump, "tick", static_cast<double>(tick - hal_.tick()),
                static_cast<double>(newest - hal_.tick()), rule);
 }

@@ -43,12 +43,12 @@ class RobotEvents {
   void on_new_tick(std::uint64_t received_ns);
   void move_on_disarmed();
   void on_session_news(HalLink::News news);
-  void on_rival_state();
+  void on_rival_state(std::uint64_t received_ns);
   [[nodiscard]] bool is_anothers() const;
   void stop_for_another();
   [[nodiscard]] Text forged_row() const;
   void refuse_first();
-  Evidence check_leap(std::uint64_t tick);
+  Evidence check_leap(std::uint64_t tick, std::uint64_t received_ns);
   void note_unmoved_joints();
   void repeat_verdicts();
   [[nodiscard]] Text hal_change() const;

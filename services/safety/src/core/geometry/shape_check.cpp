@@ -113,10 +113,16 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
     keep_smallest(slack, under);
     keep_smallest(slack, over);
     const Name& name = model_.limits.parts[part].name;
-    const auto was = [&] { return tool_at(tool, before)[axis]; };
-    if (is_breach(under, [&] { return volume.upper[i] - off_before - was(); }, excuse))
+    const auto was = [&](const FramePoses& in) { return tool_at(tool, in)[axis]; };
+    const auto under_before = [&](const FramePoses& in) {
+      return volume.upper[i] - off_before - was(in);
+    };
+    const auto over_before = [&](const FramePoses& in) {
+      return was(in) - volume.lower[i] - off_before;
+    };
+    if (is_at_fault(under, before, excuse, under_before))
       return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
-    if (is_breach(over, [&] { return was() - volume.lower[i] - off_before; }, excuse))
+    if (is_at_fault(over, before, excuse, over_before))
       return of(below(code::workspace, axes[i].view(), point[axis], lower, source), name);
   }
   return {};
@@ -133,8 +139,10 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
   const double distance = distance_of(poses) - tool_drift_ - off(deviation_, tool);
   keep_smallest(slack, distance);
   const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
-  const auto margin_before = [&] { return distance_of(before) - off(deviation_before_, tool); };
-  if (!is_breach(distance, margin_before, excuse)) return {};
+  const auto margin_before = [&](const FramePoses& in) {
+    return distance_of(in) - off(deviation_before_, tool);
+  };
+  if (!is_at_fault(distance, before, excuse, margin_before)) return {};
   return of(below(code::workspace, model_.volumes[volume].tool.view(), distance, 0.0,
                   model_.limits.workspace.source.view()),
             model_.limits.parts[part].name);
@@ -155,8 +163,10 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   keep_smallest(slack, margin);
   const JointSet movers = model_.frames[shape.frame].movers;
   const Excuse excuse = excuse_of(movers, tool_drift_, Excuse::better);
-  const auto margin_before = [&] { return margin_of(before) - off(deviation_before_, shape); };
-  if (!is_breach(margin, margin_before, excuse)) return {};
+  const auto margin_before = [&](const FramePoses& in) {
+    return margin_of(in) - off(deviation_before_, shape);
+  };
+  if (!is_at_fault(margin, before, excuse, margin_before)) return {};
   return of_part_that_moves(below(code::workspace, model_.volumes[volume].capsules[capsule].view(),
                                   margin, 0.0, model_.limits.workspace.source.view()),
                             movers);
@@ -198,11 +208,11 @@ Evidence ShapeCheck::check_pairs(const FramePoses& poses, const FramePoses& befo
     }
     const double distance = pair_distance(pair, poses) - off_by;
     found.add(i, distance - clearance);
-    const auto margin_before = [&] {
-      return pair_distance(pair, before) - clearance - off(deviation_before_, pair);
+    const auto margin_before = [&](const FramePoses& in) {
+      return pair_distance(pair, in) - clearance - off(deviation_before_, pair);
     };
     const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
-    if (!is_breach(distance - clearance, margin_before, excuse)) continue;
+    if (!is_at_fault(distance - clearance, before, excuse, margin_before)) continue;
     return of_part_that_moves(below(code::collision, model_.pair_names[pairs_[i]].view(), distance,
                                     clearance, model_.limits.collision.source.view()),
                               pair.movers);

@@ -54,6 +54,11 @@ class ShapeCheck {
   }
   void deviate_by(const Joints& ways) { deviation_.emplace(model_, ways); }
 
+  /// Where the row before told targets, if it did. A row may leave what is broken as it is measured
+  /// only if that is no further beyond the limit than it was told before: else an arm that sags,
+  /// told each time to be where it is, would sink without end.
+  void told_to_be(const FramePoses* poses) { told_ = poses; }
+
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
   /// Without a fault, `found`: how clear it is, which need not be more than `share` of the bound.
   Evidence check(const FramePoses& poses, const FramePoses& before, const DisplacementBound& bound,
@@ -89,7 +94,17 @@ class ShapeCheck {
     return (movers & guessed_) != 0 ? if_guessed : Excuse::as_it_is;
   }
 
+  template <class MarginOf>
+  [[nodiscard]] bool is_at_fault(double margin, const FramePoses& before, Excuse excuse,
+                                 const MarginOf& margin_of) const {
+    const auto margin_before = [&] { return margin_of(before); };
+    if (is_breach(margin, margin_before, excuse)) return true;
+    return margin < 0.0 && told_ != nullptr && margin < margin_before() + unchanged &&
+           margin < margin_of(*told_) - unchanged;
+  }
+
   const RobotModel& model_;
+  const FramePoses* told_ = nullptr;
   JointSet commanded_;
   JointSet guessed_;
   double tool_drift_ = 0.0;

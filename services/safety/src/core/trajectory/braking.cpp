@@ -62,10 +62,11 @@ Evidence check_braking(const RobotModel& model, const Branch& branch, const Join
     const double highest = end[j] + (interval.highest[j] - branch.now[j]);
     const double lowest = end[j] + (interval.lowest[j] - branch.now[j]);
     Evidence evidence;
-    if (speed > 0.0 && !(highest <= joint.bounds.upper))
+    const double from = branch.before[j];
+    if ((speed > 0.0 || from <= joint.bounds.upper) && !(highest <= joint.bounds.upper))
       evidence =
           above(code::braking, joint.name.view(), highest, joint.bounds.upper, joint.source.view());
-    if (speed < 0.0 && !(lowest >= joint.bounds.lower))
+    if ((speed < 0.0 || from >= joint.bounds.lower) && !(lowest >= joint.bounds.lower))
       evidence =
           below(code::braking, joint.name.view(), lowest, joint.bounds.lower, joint.source.view());
     if (!evidence.ok()) return of(evidence, model.limits.parts[joint.part].name);

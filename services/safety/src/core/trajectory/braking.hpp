@@ -33,7 +33,8 @@ class Braking {
 };
 
 /// G024: braking ends inside the bounds of every joint of `joints`, from wherever in `interval` it
-/// begins. Only motion towards a bound counts.
+/// begins. Not of a joint
+/// that was beyond already and does not move towards it.
 Evidence check_braking(const RobotModel& model, const Branch& branch, const Joints& end,
                        const Interval& interval, JointSet joints);
 

@@ -85,10 +85,11 @@ struct ZoneConstraint {
   }
 };
 
-/// Between two configurations that are queried nothing moves further than this [m], unless a
-/// single motion goes further than `2^halvings` times as far.
+/// Between two configurations that are queried nothing moves further than this [m].
 inline constexpr double sweep_resolution = 0.01;
-inline constexpr int halvings = 8;
+/// Ends what would never end: motions that are no numbers. Braking is halved by its time, of which
+/// a joint may need a small part only.
+inline constexpr int halvings = 24;
 
 /// What is at fault between two points of a motion. Nothing can come nearer than it is clear by at
 /// both together, unless it moves further: then all between is clear. Otherwise the middle is

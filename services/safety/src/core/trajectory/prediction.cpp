@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/chunk/state_check.hpp"
 #include "core/geometry/margin.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/modes/commanded_motion.hpp"
@@ -36,8 +37,9 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   return fault.ok() ? check_speeds() : fault;
 }
 
+// What the base carries lags until all rests: of certified rows the fastest so far counts.
 void Prediction::note_base_speed() {
-  base_speed_before_ = base_speed_;
+  base_speed_before_ = forecast_only_ ? base_speed_ : std::max(base_speed_, base_speed_before_);
   base_speed_ = 0.0;
   for (const std::size_t j : JointsIn(moving_ & model_.base_joints))
     for (const Branch& branch : branches())
@@ -70,14 +72,16 @@ Evidence Prediction::advance() {
   settle_untold();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   targets_told_ = 0;  // what rows tell from here on is where the branches are
+  if (steps_ > 1)     // a target was reached from wherever it was
+    for (const std::size_t j : JointsIn(moving_ & ~lagging_)) start_off_[j] = 0.0;
   return fault.ok() ? check_finite() : fault;
 }
 
-// Joints that the rows of this tick tell something.
-JointSet Prediction::told_now() const {
+// Joints that the rows of the `step`-th tick tell something.
+JointSet Prediction::told_in(std::size_t step) const {
   JointSet joints = commanded_;
   for (const Companion& companion : companions_)
-    if (companion.chunk != nullptr && companion.row + steps_ - 1 < companion.end_row)
+    if (companion.chunk != nullptr && companion.row + step - 1 < companion.end_row)
       for (const ActionPart& action : companion.chunk->parts) joints |= moved_by(model_, action);
   return joints;
 }
@@ -85,7 +89,7 @@ JointSet Prediction::told_now() const {
 // What nothing tells anything brakes, and is where that ends from this row on. Where others hold it
 // is that one row later: so the chunk's rows meet it where it was and where it comes to rest.
 void Prediction::settle_untold() {
-  const JointSet told = told_now();
+  const JointSet told = told_in(steps_);
   for (std::size_t i = 0; i < branch_count_; ++i) {
     Branch& branch = branches_[i];
     const bool holds = i >= branch_count_ - holding_count_;
@@ -150,7 +154,7 @@ void Prediction::note_speed(Branch& branch, std::size_t joint, double change) co
   const double told = change / model_.period_s;
   double& speed = branch.speed[joint];
   speed = std::clamp(told, -limit, limit);
-  const double measured = state_.velocities[joint];
+  const double measured = measured_speed(model_.limits, state_, joint);
   if (steps_ != 1 || !(speed > 0.0 ? measured > speed : speed < 0.0 && measured < speed)) return;
   branch.told[joint] = speed;
   branch.slowing |= only(joint);

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <span>
 
 #include "core/chunk/judge_rows.hpp"
@@ -98,7 +99,8 @@ class Prediction {
   [[nodiscard]] JointSet guessed() const { return guessed_; }
   /// Whether the base moves, or did when the state was measured.
   [[nodiscard]] bool drives_base() const { return (moving_ & model_.base_joints) != 0; }
-  /// The fastest of its joints in the newest row and when that began, in their velocity limits.
+  /// The fastest of its joints, in their velocity limits: measured, and in all certified rows so
+  /// far; later of the newest row and when that began.
   [[nodiscard]] double base_speed() const { return std::max(base_speed_, base_speed_before_); }
   /// Where the joints are measured, before any row.
   [[nodiscard]] const Branch& measured() const { return measured_; }
@@ -110,6 +112,13 @@ class Prediction {
   /// Takes it to where it is a tick later if nothing changes its motion.
   void coast_one_tick(Branch& branch) const;
   [[nodiscard]] const Interval& interval() const { return interval_; }
+  /// How far each joint may be from where the branches start or go on from, either way: it held in
+  /// the tick that runs, and was measured to move when that began.
+  [[nodiscard]] const Joints& start_off() const { return start_off_; }
+  [[nodiscard]] bool is_start_off() const { return is_start_off_; }
+  /// Before the first row: where the row that was measured last told the joints to be; null where
+  /// it told no joint.
+  [[nodiscard]] std::optional<Joints> last_targets() const;
   /// Whether there are several rows of each of which another share may happen. Then branch 1 has
   /// the lower ends of all gains, the last of `share_count` the upper ones.
   [[nodiscard]] bool shares_can_differ() const { return rows_shared_ > 1; }
@@ -169,7 +178,9 @@ class Prediction {
   [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
-  [[nodiscard]] JointSet told_now() const;
+  [[nodiscard]] JointSet told_in(std::size_t step) const;
+  [[nodiscard]] JointSet held_in(const RowBefore& before) const;
+  void widen_start(JointSet held);
   void settle_untold();
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
@@ -205,8 +216,11 @@ class Prediction {
   Interval speeds_;  // of the joints in the newest row, while shares can differ
   bool speeds_differ_ = false;
   double turned_off_ = 0.0;  // of the base's slides, by what shares may have turned it before [m]
+  bool forecast_only_ = false;
   double base_speed_ = 0.0;
   double base_speed_before_ = 0.0;
+  bool is_start_off_ = false;
+  Joints start_off_{};
   Branch measured_;
   std::array<Branch, max_branches> branches_;
 };

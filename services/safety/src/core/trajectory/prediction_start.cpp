@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/chunk/state_check.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/modes/commanded_motion.hpp"
@@ -43,12 +44,41 @@ Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
   if (!before.measured) {
     start_count_ = branch_count_;
     for (Branch& branch : branches()) branch.begin_row();
+    const JointSet held = held_in(before);
+    for (Branch& branch : branches())
+      for (const std::size_t j : JointsIn(held))
+        branch.now[j] += 0.5 * measured_.speed[j] * model_.period_s;
     (void)apply_rows(before, true);
+    widen_start(held);
     return;
   }
   if (before.chunk != nullptr) note_told(*before.chunk, before.row);
   for (const Companion& companion : companions)
     if (companion.before.chunk != nullptr) note_told(*companion.before.chunk, companion.before.row);
+}
+
+// Joints that rows tell from the next tick on, but none tells in the one that runs: they hold in
+// it, and were measured to move when it began. Until it ends they may have stopped at once, or gone
+// on: the branches start half way between.
+JointSet Prediction::held_in(const RowBefore& before) const {
+  JointSet joints = told_in(1);
+  const auto leave_out = [&](const RowBefore& row) {
+    if (row.chunk == nullptr) return;
+    for (const ActionPart& action : row.chunk->parts) joints &= ~moved_by(model_, action);
+  };
+  leave_out(before);
+  for (const Companion& companion : companions_) leave_out(companion.before);
+  return joints & moving_;
+}
+
+void Prediction::widen_start(JointSet held) {
+  for (const std::size_t j : JointsIn(held)) {
+    const double off = 0.5 * std::abs(measured_.speed[j]) * model_.period_s;
+    start_off_[j] = off;
+    is_start_off_ |= off > 0.0;
+    interval_.lowest[j] -= off;
+    interval_.highest[j] += off;
+  }
 }
 
 void Prediction::include_companions() {
@@ -71,6 +101,8 @@ void Prediction::include_holding() {
 
 void Prediction::only_forecast() {
   branch_count_ = share_count_ = 1;
+  forecast_only_ = true;
+  is_start_off_ = false;
   rows_shared_ = 0;
   holding_count_ = 0;
   interval_ = {branches_.front().now, branches_.front().now};
@@ -83,7 +115,7 @@ void Prediction::start_still(const PartMemories* memories) {
   measured_.speed.fill(0.0);
   for (std::size_t j = 0; j < model_.limits.joints.size(); ++j) {
     const JointLimits& joint = model_.limits.joints[j];
-    const double speed = state_.velocities[j];
+    const double speed = measured_speed(model_.limits, state_, j);
     if (std::isnan(joint.acceleration_limit) || std::abs(speed) < joint.standstill_velocity)
       continue;
     measured_.speed[j] = speed;
@@ -171,6 +203,13 @@ void Prediction::note_told(const ActionChunk& chunk, std::size_t row) {
       targets_told_ |= only(j);
     }
   }
+}
+
+std::optional<Joints> Prediction::last_targets() const {
+  if (targets_told_ == 0) return std::nullopt;
+  Joints targets = measured_.now;
+  for (const std::size_t j : JointsIn(targets_told_)) targets[j] = told_[j];
+  return targets;
 }
 
 }  // namespace fairlead

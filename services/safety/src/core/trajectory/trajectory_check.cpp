@@ -61,7 +61,13 @@ TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& cla
                    prediction_.drives_base() ? prediction_.commanded() | model.tree_joints
                                              : prediction_.commanded(),
                    prediction_.guessed()),
-      budget_(rows.queries) {}
+      budget_(rows.queries) {
+  if (prediction_.is_start_off()) deviate_by(prediction_.start_off());
+  if (const std::optional<Joints> targets = prediction_.last_targets()) {
+    told_.place(model, *targets);
+    shape_check_.told_to_be(&told_);
+  }
+}
 
 Evidence TrajectoryCheck::check_next() {
   Evidence evidence;
@@ -77,6 +83,7 @@ Evidence TrajectoryCheck::check_next() {
     evidence = check_branch(i);
   if (evidence.ok()) evidence = check_between_shares();
   if (evidence.ok()) evidence = check_other_speeds();
+  shape_check_.told_to_be(nullptr);  // behind a row, what it told is where the next one starts
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
@@ -93,7 +100,17 @@ void TrajectoryCheck::expect_drift() {
 void TrajectoryCheck::expect_unequal_shares() {
   shape_check_.begin_row();
   base_off_ = {.before = base_off_.now};
-  if (!prediction_.shares_can_differ()) return;
+  Joints off = prediction_.start_off();
+  if (prediction_.shares_can_differ()) raise_by_unequal_shares(off);
+  if (prediction_.shares_can_differ() || prediction_.is_start_off()) deviate_by(off);
+}
+
+void TrajectoryCheck::deviate_by(const Joints& off) {
+  shape_check_.deviate_by(off);
+  if (model_.limits.base.present) base_off_.now = base_way(model_, off);
+}
+
+void TrajectoryCheck::raise_by_unequal_shares(Joints& start_off) const {
   const Branch &least = prediction_.branch(1),
                &most = prediction_.branch(prediction_.share_count() - 1);
   Joints off;
@@ -104,8 +121,7 @@ void TrajectoryCheck::expect_unequal_shares() {
   raise(least, most);
   if ((least.slowing | most.slowing) != 0) raise(least.slowed(), most.slowed());
   if (prediction_.speeds_can_differ()) raise_by_other_stops(least, most, off);
-  shape_check_.deviate_by(off);
-  if (model_.limits.base.present) base_off_.now = base_way(model_, off);
+  for (std::size_t j = 0; j < off.size(); ++j) start_off[j] += off[j];
 }
 
 // By as much as a joint stops later than behind its faster branch, or earlier than behind the

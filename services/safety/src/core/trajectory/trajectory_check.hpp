@@ -34,6 +34,8 @@ class TrajectoryCheck {
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
   void expect_unequal_shares();
+  void raise_by_unequal_shares(Joints& start_off) const;
+  void deviate_by(const Joints& off);
   void raise_by_other_stops(const Branch& least, const Branch& most, Joints& off) const;
   [[nodiscard]] Evidence check_other_speeds() const;
   [[nodiscard]] Braking braking_of(const Branch& branch) const;
@@ -51,6 +53,7 @@ class TrajectoryCheck {
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;
+  FramePoses told_;  // where the row that was measured last told the joints to be
 };
 
 }  // namespace fairlead
