@@ -30,6 +30,7 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     taken_server,
     warm_up_observation,
 )
+from fairlead_skill_runner.policies.remote.served_skill import check_served
 
 WHO = "openpi policy"
 ADDRESS = ServerAddress(r"^wss?://[^/\s]+(/\S*)?$", "ws://127.0.0.1:8000")
@@ -41,11 +42,18 @@ _LATER = 1013
 
 
 class OpenpiOptions(RemoteOptions):
-    """state_key, prompt_key: their names in the request; pictures have the skill's names."""
+    """How the server calls things, and itself.
+
+    Attributes:
+        state_key, prompt_key: their names in the request; pictures have the skill's names.
+        serves: the skill whose policy ``fairlead serve-policy`` serves there, if it has another
+            id than the one that asks.
+    """
 
     address: str = Field(pattern=ADDRESS.pattern)
     state_key: str = "observation/state"
     prompt_key: str = "prompt"
+    serves: str = ""
 
 
 class OpenpiPolicy:
@@ -76,7 +84,8 @@ class OpenpiPolicy:
 
         Raises:
             ConfigError: for options that do not fit.
-            PolicyError: if no server is there, or it answers with another width.
+            PolicyError: if no server is there, it says that it serves another skill, or it answers
+                with another width.
         """
         policy = cls(skill, check_openpi_options(skill, options))
         policy.reset()
@@ -166,6 +175,8 @@ class OpenpiPolicy:
             got = f"{type(metadata).__name__} of {len(greeting)} bytes"
             what = f"openpi's metadata, a map, first from {self._options.address}"
             raise PolicyError(expected(WHO, what, got))
+        options = self._options
+        check_served(WHO, options.address, metadata, self._skill, options.serves)
         self._metadata = list(map(str, metadata))
 
     def infer(self, observation: Observation) -> Actions:
