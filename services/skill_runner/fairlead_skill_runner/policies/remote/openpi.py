@@ -20,6 +20,7 @@ from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
     NO_MESSAGE,
+    SIGN_OF_LIFE_S,
     RemoteOptions,
     busy_server,
     check_remote_options,
@@ -67,7 +68,6 @@ class OpenpiPolicy:
         self._skill = skill
         self._options = options
         self._link: ClientConnection | None = None
-        self._failed = False  # which may be a server's end
         self._open = ExitStack()
         self._metadata: list[str] = []
 
@@ -88,7 +88,7 @@ class OpenpiPolicy:
                 with another width.
         """
         policy = cls(skill, check_openpi_options(skill, options))
-        policy.reset()
+        policy._dial()
         policy._warm_up()
         return policy
 
@@ -101,23 +101,21 @@ class OpenpiPolicy:
         Raises:
             PolicyError: if none is.
         """
-        was_ended, self._failed = self._failed or self._server_ended(), False
+        is_the_same = self._is_the_same()
         self._close()
         self._dial()
-        if was_ended:
+        if not is_the_same:
             self._warm_up()
             self._close()  # a server may remember what a connection has shown it
             self._dial()
 
-    def _server_ended(self) -> bool:
-        if self._link is None:
-            return False
-        try:
-            self._link.recv(timeout=0)
-        except TimeoutError:
-            return False
-        except (ConnectionClosed, OSError):
-            return True
+    def _is_the_same(self) -> bool:
+        """Whether the server still answers where the last episode was.
+
+        A host that loses its power ends no connection.
+        """
+        with suppress(ConnectionClosed, OSError):
+            return self._link is not None and self._link.ping().wait(SIGN_OF_LIFE_S)
         return False
 
     def _warm_up(self) -> None:
@@ -197,7 +195,6 @@ class OpenpiPolicy:
             return float_rows(WHO, "actions", rows, skill.action_contract.dim, skill.horizon)
         except PolicyError:
             self._close()
-            self._failed = True
             raise
 
     def _request(self, observation: Observation) -> dict[str, object]:
