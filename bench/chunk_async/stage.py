@@ -120,7 +120,9 @@ class AsyncStage(RoutedStage):
             "age_max_ticks": AGE_MAX_TICKS,
             "policy": {
                 "backend": "python",
-                "options": {"file": POLICY.name, "class": "LatePolicy", "options": options},
+                "options": {
+                    "file": POLICY.name, "class": "LatePolicy", "options": options, "probe": False,
+                },
             },
         }  # fmt: skip
         if way.blend_ticks:
