@@ -264,55 +264,6 @@ async def test_a_policy_file_that_raises_says_so_from_its_own_process(
     assert 'policy.py", line' in capfd.readouterr().err, "which is the runner's log"
 
 
-@pytest.mark.processes
-@pytest.mark.asyncio
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("        return actions", "        return actions[:, 1:]",
-         r"expected actions as floats \[1 to 8, 6\], got float32 \[8, 5\]"),
-        ("        actions = np", "        actions = nb", "NameError: name 'nb' is not defined"),
-        ("        return actions", "        raise SystemExit", "SystemExit"),
-    ],
-)  # fmt: skip
-async def test_a_policy_that_answers_a_probe_wrongly_is_not_loaded_but_where_it_wants_none(
-    installed: Path, tmp_path: Path, workers: list[PolicyWorker], old: str, new: str, said: str
-) -> None:
-    folder = written(tmp_path / "mine")
-    edit(folder / "policy.py", old, new)
-    install_skill(folder)
-    wanted = rf"policy\.py: asked with a probe observation: .*{said}.*\n  .*probe: false"
-    with pytest.raises(PolicyError, match=wanted):
-        await worker_of("mine", workers).load()
-    edit(
-        installed / "mine" / "rskill.yaml",
-        "    class: Policy",
-        "    class: Policy\n    probe: false",
-    )
-    await worker_of("mine", workers).load()
-
-
-@pytest.mark.processes
-@pytest.mark.asyncio
-async def test_an_episode_sees_nothing_of_the_probe_and_the_probe_is_an_episode_too(
-    installed: Path, tmp_path: Path, workers: list[PolicyWorker]
-) -> None:
-    folder = written(tmp_path / "mine")
-    edit(folder / "policy.py", "        self.reset()\n", "")  # its state is made by reset alone
-    edit(
-        folder / "policy.py",
-        "        self.begun = None",
-        "        self.begun, self.calls = None, 0",
-    )
-    edit(folder / "policy.py", "        row = obs", "        self.calls += 1\n        row = obs")
-    edit(folder / "policy.py", "        return actions", "        return actions * 0 + self.calls")
-    install_skill(folder)
-    worker = worker_of("mine", workers)
-    await worker.load()
-    first = await worker.infer(Observation(tick=1, state=np.zeros(9), prompt="wave"))
-    assert isinstance(first, np.ndarray) and first[0, 0] == 1.0
-
-
 def test_the_commands_refuse_an_existing_folder_and_a_folder_without_a_skill(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
