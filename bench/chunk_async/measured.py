@@ -13,7 +13,6 @@ from pathlib import Path
 from bench.chunk_async.executors import Executed, latest_wins, synchronous, theory
 from bench.chunk_async.stage import (
     BLEND_TICKS,
-    HORIZON,
     JITTER,
     LOST,
     OVERTAKEN,
@@ -34,6 +33,7 @@ FULL_SPEED = 1.5
 class Run:
     """What one goal showed.
 
+    horizon: H, rows of each answer.
     longest_ticks: d, from an observation to its answer's first row, at the longest latency that
         may be, or was on a busy machine.
     answers, ticks: that counted. stalls: ticks in which the base had no row.
@@ -46,6 +46,7 @@ class Run:
 
     latency_ms: float
     way: str
+    horizon: int
     longest_ticks: int
     answers: int
     ticks: int
@@ -66,7 +67,7 @@ class Run:
     @property
     def never_stalls(self) -> bool:
         """Whether rows are promised never to run out: H >= 2d + 1."""
-        return 2 * self.longest_ticks + 1 <= HORIZON
+        return 2 * self.longest_ticks + 1 <= self.horizon
 
 
 @dataclass(frozen=True)
@@ -182,17 +183,18 @@ def judged(
     return Run(
         latency_ms=latency_s * 1e3,
         way=way.name,
+        horizon=way.horizon,
         longest_ticks=int(max(latency_s * (1.0 + JITTER) / TICK_S, *latencies)) + 1,
         answers=len(counted),
         ticks=len(lines),
         stalls=holds.count(Hold.NO_ROW),
         other_holds=len(holds) - holds.count(Hold.NO_ROW),
-        theory=theory(latencies, HORIZON, LOST + OVERTAKEN, shortest_ways(stage)),
+        theory=theory(latencies, way.horizon, LOST + OVERTAKEN, shortest_ways(stage)),
         seam=seam,
         naive=naive,
         longest_tick_ms=longest_tick_ms(list(lines)),
-        synchronous=synchronous(latencies, speeds, HORIZON),
-        latest_wins=latest_wins(latencies, speeds, HORIZON),
+        synchronous=synchronous(latencies, speeds, way.horizon),
+        latest_wins=latest_wins(latencies, speeds, way.horizon),
     )
 
 

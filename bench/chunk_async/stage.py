@@ -31,25 +31,27 @@ from fairlead.paths import repo_root
 from fairlead.wire.bus import Sample
 
 POLICY = repo_root() / "bench" / "chunk_async" / "late_policy.py"
-HORIZON, EXECUTE, BLEND_TICKS = 16, 12, 8
+HORIZON, LONG_HORIZON, BLEND_TICKS = 16, 32, 8
 TICK_S = 0.05
 JITTER, LOST, OVERTAKEN = 0.2, 0.01, 0.01
 WARM = 3
 """The answer from which on it counts: the first is the cold start, the second asked with that."""
 AGE_MAX_TICKS = 20
-"""Of the gate: answers to older observations are refused. The shipped robot allows 10."""
+"""Of the gate: answers to older observations are refused."""
 
 
 @dataclass(frozen=True)
 class Way:
-    """How the seams of a skill are made. name: for people."""
+    """How many rows a skill's answers have, and how their seams are made. name: for people."""
 
     name: str
     blend_ticks: int = 0
     continues: bool = False
+    horizon: int = HORIZON
 
 
 BLENDED = Way("blended", blend_ticks=BLEND_TICKS)
+LONG = Way("blended", blend_ticks=BLEND_TICKS, horizon=LONG_HORIZON)
 PREFIX = Way("prefix", continues=True)
 
 
@@ -107,7 +109,7 @@ class AsyncStage(RoutedStage):
 
     def add_skill(self, latency_s: float, way: Way, seed: int) -> tuple[str, Path]:
         """A skill with such a policy; its id, and where the policy writes its answers."""
-        name = f"late-{latency_s * 1e3:.0f}-{way.name}-{seed}"
+        name = f"late-{latency_s * 1e3:.0f}-{way.name}-{way.horizon}-{seed}"
         skills = self.folder / "skills"
         manifest = yaml.safe_load((skills / SKILL / "rskill.yaml").read_text(encoding="utf-8"))
         log = self.folder / f"{name}.jsonl"
@@ -116,11 +118,13 @@ class AsyncStage(RoutedStage):
             "log": str(log),
         }  # fmt: skip
         manifest |= {
-            "id": name, "horizon": HORIZON, "execute_steps": EXECUTE,
+            "id": name, "horizon": way.horizon, "execute_steps": way.horizon * 3 // 4,
             "age_max_ticks": AGE_MAX_TICKS,
             "policy": {
                 "backend": "python",
-                "options": {"file": POLICY.name, "class": "LatePolicy", "options": options},
+                "options": {
+                    "file": POLICY.name, "class": "LatePolicy", "options": options, "probe": False,
+                },
             },
         }  # fmt: skip
         if way.blend_ticks:

@@ -36,8 +36,10 @@ class Turns:
         manifest["id"] = self.skill
         manifest["policy"] = {
             "backend": "python",
-            "options": {"file": POLICY.name, "class": "TurnPolicy", "options": options},
-        }
+            "options": {
+                "file": POLICY.name, "class": "TurnPolicy", "options": options, "probe": False,
+            },
+        }  # fmt: skip
         copy.mkdir(parents=True)
         (copy / "rskill.yaml").write_text(yaml.safe_dump(manifest), encoding="utf-8")
         shutil.copy(POLICY, copy)

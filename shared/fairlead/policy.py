@@ -253,7 +253,7 @@ class Policy(Protocol):
         """
 
     def reset(self) -> None:
-        """Forget the last episode; called at the start of every goal."""
+        """Forget the last episode; called at the start of every goal, and of a probe at load."""
 
 
 class PolicyOfRobot(Protocol):

@@ -40,7 +40,9 @@ X_M = 5.0
 SKILL, WATCHED = "where-am-i", "watched"
 MANIFEST = {
     "version": "0.1.0", "licence": "Apache-2.0", "model_family": "test",
-    "policy": {"backend": "python", "options": {"file": "policy.py", "class": "WhereAmI"}},
+    "policy": {
+        "backend": "python", "options": {"file": "policy.py", "class": "WhereAmI", "probe": False},
+    },
     "embodiments": ["panda_mobile"], "prompt": "look",
     "state_contract": {
         "layout": "human300_16d", "dim": 16,

@@ -8,7 +8,7 @@ import pytest
 
 from bench.chunk_async.__main__ import SEAM
 from bench.chunk_async.measured import Run, run
-from bench.chunk_async.stage import BLENDED, PREFIX, AsyncStage, Way, async_stage
+from bench.chunk_async.stage import BLENDED, LONG, PREFIX, AsyncStage, Way, async_stage
 from bench.faults.live_stage import OTHERS_CORES
 from bench.faults.other_load import OtherLoad
 from bench.faults.row import MachineLateError
@@ -47,14 +47,17 @@ def lasts_and_leads_over(one: Run) -> bool:
 
 
 @pytest.mark.parametrize(
-    "way",
-    [pytest.param(BLENDED, marks=pytest.mark.thorough), PREFIX],
-    ids=lambda way: way.name,
+    ("latency_s", "way"),
+    [
+        pytest.param(0.2, BLENDED, marks=pytest.mark.thorough, id="blended"),
+        pytest.param(0.2, PREFIX, id="prefix"),
+        pytest.param(0.5, LONG, marks=pytest.mark.thorough, id="32 rows"),
+    ],
 )
-def test_rows_of_a_policy_as_slow_as_5_ticks_last_and_its_answers_lead_over(
-    stage: AsyncStage, way: Way
+def test_rows_of_a_policy_last_where_there_are_twice_as_many_as_it_is_late_and_one_more(
+    stage: AsyncStage, latency_s: float, way: Way
 ) -> None:
-    found = in_time(stage, 0.2, way, lasts_and_leads_over)
+    found = in_time(stage, latency_s, way, lasts_and_leads_over)
     assert lasts_and_leads_over(found), found
 
 

@@ -94,8 +94,8 @@ def test_an_episode_starts_without_a_goal_and_is_confirmed(
     assert robot.client.gate_status().state == GateState.DISARMED
 
 
-def ended(seed: int, outcome: str, why: str, by: str = "runner") -> Episode:
-    return Episode(seed, outcome, by, why, 9, {}, 0, 0, 1, 9, 1)
+def ended(seed: int, outcome: str, why: str, by: str = "runner", first_tick: int = 1) -> Episode:
+    return Episode(seed, outcome, by, why, 9, {}, 0, 0, first_tick, 9, 1)
 
 
 def test_what_ended_by_an_error_is_no_trial_and_is_said(
@@ -105,7 +105,7 @@ def test_what_ended_by_an_error_is_no_trial_and_is_said(
         ended(0, "succeeded", "", "task"),
         ended(1, "succeeded", "", "policy"),
         ended(2, "deadline", "deadline: not done after 9 ticks"),
-        ended(3, "failed", "policy_error: no policy server at ws://gpu", "policy"),
+        ended(3, "failed", "policy_error: no policy server at ws://gpu", "policy", first_tick=0),
         ended(4, "cancelled", "cancelled: cancelled by ada", "operator"),
         ended(5, "failed", "stalled: no rows released for 30.0 s"),
     ]
@@ -116,6 +116,17 @@ def test_what_ended_by_an_error_is_no_trial_and_is_said(
         f"{SKILL}: 2 of 4 succeeded (1 by the policy's own word), 2 not counted: ended by an error "
         "or a cancel; 95 % interval 15 to 85 %"
     )
+
+
+def test_a_policy_that_breaks_once_it_was_asked_has_failed_its_trial(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Left out, a policy that says NaN in each episode that it loses would never lose one."""
+    why = "policy_error: policy worker: actions: expected finite numbers, got nan at [0, 3]"
+    done = [ended(0, "succeeded", "", "task"), ended(1, "failed", why, "policy")]
+    assert [one.is_trial for one in done] == [True, True]
+    _print(SKILL, range(2), done, None, None, False)
+    assert capsys.readouterr().out.splitlines()[-1].startswith(f"{SKILL}: 1 of 2 succeeded; 95 % ")
 
 
 @pytest.mark.processes

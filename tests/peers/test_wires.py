@@ -11,8 +11,9 @@ import pytest
 
 from fairlead.policy import Observation
 from fairlead.skill.manifest import load_skill
-from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote import openpi_wire, rldx_wire
+from fairlead_skill_runner.policies.remote.served_skill import told_of
+from fairlead_skill_runner.policy_server import served_policy
 from tests.peers.documents import SEEDS, document, same
 from tests.peers.environment import peer
 from tests.runner.policy_servers import OpenpiServer, openpi_actions
@@ -55,15 +56,21 @@ def test_openpi_s_own_client_takes_our_small_server_for_one_of_openpi_s() -> Non
         server.close()
 
 
-def test_openpi_s_own_client_asks_a_skill_s_policy() -> None:
-    skill = load_skill("oracle-counter-to-cabinet")
+@pytest.mark.parametrize("skill_id", ["oracle-counter-to-cabinet", "bc-reach-cube"])
+def test_openpi_s_own_client_asks_a_skill_s_policy_with_the_pictures_that_it_sees(
+    skill_id: str,
+) -> None:
+    skill = load_skill(skill_id)
+    dim, rng = skill.state_contract.dim, np.random.default_rng(5)
+    seen = {name: rng.uniform(0, 1, (3, 64, 64)).astype(np.float32) for name in skill.images}
+    pixels = b"".join(picture.tobytes() for picture in seen.values())
     with served(skill.id, key="k3y") as address:
-        done = subprocess.run(
-            [*peer("peer_client"), address, "k3y", "30"], capture_output=True, text=True, timeout=60
-        )
-    wanted = OraclePolicy(skill.horizon).infer(Observation(1, np.full(30, 0.5), "go"))
-    told = {"skill": skill.id, "version": skill.version}
-    assert done.stdout == f"{told} {wanted.tobytes().hex()}\n", done.stderr
+        command = [*peer("peer_client"), address, "k3y", str(dim), *seen]
+        done = subprocess.run(command, input=pixels, capture_output=True, timeout=60)
+    wanted = served_policy(skill).infer(Observation(1, np.full(dim, 0.5), "go", seen))
+    assert isinstance(wanted, np.ndarray)
+    told = {"fairlead": told_of(skill)}
+    assert done.stdout.decode() == f"{told} {wanted.tobytes().hex()}\n", done.stderr.decode()
 
 
 def test_the_peers_environment_is_not_ours() -> None:

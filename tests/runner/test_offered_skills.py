@@ -91,6 +91,29 @@ async def test_a_robot_that_is_edited_is_read_anew_with_its_skills_and_their_pol
         skills.find("panda-joint-reach")
 
 
+@pytest.mark.parametrize(
+    ("one", "other", "same"),
+    [
+        ("ws://localhost:8000", "ws://127.0.0.1:8000", True),
+        ("ws://127.0.0.1:8000", "ws://127.0.0.1:8000/policy", True),
+        ("ws://localhost:8000", "ws://127.0.0.1:8001", False),
+        ("ws://127.0.0.1", "wss://127.0.0.1", False),
+        ("ws://nowhere.invalid:8000", "ws://nowhere.invalid:8000", True),
+        ("ws://nowhere.invalid:8000", "ws://127.0.0.1:8000", False),
+    ],
+)
+def test_two_names_of_one_server_are_one_policy(one: str, other: str, same: bool) -> None:
+    """Loaded ahead, the other would be asked while it answers the goal that runs."""
+    options = {"start": "-", "connect_timeout_s": 4.0, "answer_timeout_s": 4.0}
+    policies = {
+        name: {"backend": "openpi", "options": options | {"address": address}}
+        for name, address in (("oracle-counter-to-cabinet", one), ("bc-counter-to-cabinet", other))
+    }
+    skills = offer(policies=policies)
+    first, second = (skills.find(name).skill for name in policies)
+    assert skills.share_a_policy(first, second) == same
+
+
 def test_a_skill_that_came_after_the_start_is_on_offer(folder: Path) -> None:
     skills = offer()
     assert "my-wave" in skills.at_start()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
@@ -13,8 +15,9 @@ from websockets.asyncio.client import connect as connect_async
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from fairlead.errors import PolicyError
 from fairlead.policy import Observation, Policy
-from fairlead.skill.manifest import load_skill
+from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
@@ -40,6 +43,23 @@ def test_each_connection_is_an_episode_and_its_answers_are_the_policy_s_bit_for_
                 wanted = alone.infer(Observation(1 + 8 * number, state, ""))
                 assert policy.infer(Observation(5, state, "")).tobytes() == wanted.tobytes()
             policy._close()
+
+
+def test_the_policy_of_another_skill_is_refused_though_all_its_dimensions_are_the_same() -> None:
+    other = SKILL.model_copy(update={"id": "open-the-cabinet", "rate_hz": 10.0})
+    asked: dict[str, Any] = {"start": "-", "connect_timeout_s": 4.0, "answer_timeout_s": 4.0}
+    with served(SKILL.id) as address:
+        with pytest.raises(PolicyError) as refused:
+            OpenpiPolicy.from_options(other, asked | {"address": address})
+        assert str(refused.value) == (
+            f"openpi policy: {address} serves another policy than skill open-the-cabinet asks for:"
+            "\n  skill: expected open-the-cabinet, it serves oracle-counter-to-cabinet"
+            "\n  rate_hz: expected 10.0, it serves 20.0"
+            "\n  for a skill of another name: serves: ID in the policy's options"
+        )
+        renamed = SKILL.model_copy(update={"id": "open-the-cabinet", "version": "9.0.0"})
+        options = asked | {"address": address, "serves": SKILL.id}
+        OpenpiPolicy.from_options(renamed, options)._close()
 
 
 def test_a_picture_is_served_as_the_client_s_skill_declares_it_and_not_changed_again() -> None:
@@ -99,6 +119,67 @@ def test_a_request_that_does_not_fit_is_answered_by_what_was_expected() -> None:
                 assert isinstance(said, str) and said.startswith(f"PolicyError: {text}")
                 with pytest.raises(ConnectionClosed):
                     link.recv(timeout=20)
+
+
+class Slow(Misbehaving):
+    """Infers until it is told to go on; ``calls`` are those that run now."""
+
+    def __init__(self, skill: SkillManifest) -> None:
+        super().__init__(skill)
+        self.entered, self.go_on = threading.Semaphore(0), threading.Event()
+        self.calls = self.most_calls = 0
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        self.calls += 1
+        self.most_calls = max(self.calls, self.most_calls)
+        self.entered.release()
+        self.go_on.wait(5.0)
+        self.calls -= 1
+        return np.zeros((1, 12), np.float32)
+
+
+async def health(link: ClientConnection) -> bytes:
+    """The first line of the answer to /healthz."""
+    host, port = link.remote_address
+    reader, writer = await asyncio.open_connection(host, port)
+    writer.write(b"GET /healthz HTTP/1.1\r\nHost: test\r\n\r\n")
+    line = await reader.readline()
+    writer.close()
+    return line
+
+
+@pytest.mark.asyncio
+async def test_a_server_whose_policy_infers_is_healthy_answers_pings_and_refuses_others() -> None:
+    policy = Slow(SKILL)
+    async with connected(policy, []) as link:
+        await link.send(encode({KEYS[0]: STATES[0]}))
+        assert await asyncio.to_thread(policy.entered.acquire, timeout=20)
+        assert await health(link) == b"HTTP/1.1 200 OK\r\n"
+        await (await link.ping())
+        async with connect_async(f"ws://127.0.0.1:{link.remote_address[1]}") as other:
+            with pytest.raises(ConnectionClosed, match="another client is connected"):
+                await other.recv()
+        assert policy.calls == 1, "it still infers"
+        policy.go_on.set()
+        assert isinstance(await link.recv(), bytes)
+
+
+@pytest.mark.asyncio
+async def test_who_comes_after_one_that_hung_up_within_its_inference_waits_for_the_end_of_it() -> (
+    None
+):
+    policy = Slow(SKILL)
+    async with connected(policy, []) as link:
+        await link.send(encode({KEYS[0]: STATES[0]}))
+        assert await asyncio.to_thread(policy.entered.acquire, timeout=20)
+        await link.close()
+        async with connect_async(f"ws://127.0.0.1:{link.remote_address[1]}") as other:
+            assert policy.calls == 1, "it still infers"
+            policy.go_on.set()
+            assert isinstance(await other.recv(), bytes)
+            await other.send(encode({KEYS[0]: STATES[0]}))
+            assert isinstance(await other.recv(), bytes)
+    assert policy.most_calls == 1
 
 
 class Breaks(Misbehaving):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 from pydantic import JsonValue
@@ -14,6 +15,7 @@ from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
 from tests.runner.asked_policies import PI05, RLDX, ROWS, observation
+from tests.runner.half_open import HalfOpen
 from tests.runner.policy_servers import (
     ANSWERS,
     OpenpiServer,
@@ -51,6 +53,10 @@ def rows(request: object, number: int) -> bytes:
     return openpi_actions(ROWS)
 
 
+def rldx_answer(request: object, number: int) -> bytes:
+    return rldx_actions(rldx_rows(ROWS))
+
+
 def test_an_episode_sees_nothing_of_the_probe_that_a_new_server_was_shown(
     openpi: Callable[[ANSWERS], OpenpiServer], opened: Policies
 ) -> None:
@@ -67,6 +73,30 @@ def test_an_episode_sees_nothing_of_the_probe_that_a_new_server_was_shown(
     finally:
         policy._close()
         second.close()
+
+
+def test_a_server_that_came_back_without_a_word_over_the_old_link_is_warmed_up_again(
+    openpi: Callable[[ANSWERS], OpenpiServer],
+    rldx: Callable[[ANSWERS], RldxServer],
+    opened: Policies,
+    closing: list[Any],
+) -> None:
+    """Its host lost its power: the old connection has no end, and the model is cold."""
+    for policy_of, make, skill_id in (
+        (OpenpiPolicy, lambda: openpi(rows), PI05),
+        (RldxZmqPolicy, lambda: rldx(rldx_answer), RLDX),
+    ):
+        server, skill = make(), load_skill(skill_id)
+        scheme, _, port = server.address.rpartition(":")
+        closing.append(proxy := HalfOpen(int(port)))
+        options = skill.policy.options | {"address": f"{scheme}:{proxy.port}"}
+        policy = policy_of.from_options(skill, options)
+        opened.append(policy)
+        for asked, freezes in ((1, False), (2, True), (2, False), (3, True)):
+            if freezes:
+                proxy.freeze()
+            policy.reset()
+            assert len(server.requests) == asked, "a probe after each silent end, and no other"
 
 
 class Repeating(OpenpiServer):
@@ -107,10 +137,7 @@ def test_an_answer_too_many_is_not_taken_for_the_next_question(opened: Policies)
 def test_another_server_that_took_the_place_within_an_episode_is_not_believed(
     rldx: Callable[[ANSWERS], RldxServer], opened: Policies
 ) -> None:
-    def answer(request: object, number: int) -> bytes:
-        return rldx_actions(rldx_rows(ROWS))
-
-    first = rldx(answer)
+    first = rldx(rldx_answer)
     skill = load_skill(RLDX)
     policy = RldxZmqPolicy.from_options(skill, skill.policy.options | {"address": first.address})
     opened.append(policy)
@@ -119,7 +146,7 @@ def test_another_server_that_took_the_place_within_an_episode_is_not_believed(
     policy.infer(seen)
     port = int(first.address.rpartition(":")[2])
     first.close()
-    second = RldxServer(answer, port)
+    second = RldxServer(rldx_answer, port)
     try:
         assert policy._link._monitor is not None and policy._link._monitor.poll(20_000)
         with pytest.raises(PolicyError, match="the link was lost meanwhile"):

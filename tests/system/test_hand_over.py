@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import cycle
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from fairlead.deploy.registry import Registry
-from fairlead.messages import Acted, JointState, decode
+from fairlead.messages import Acted, FloatArray, JointState, SafeChunk, decode, floats
 from fairlead.paths import repo_root, rskill_dir
+from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_tools.supervisor.scratch import (
     ScratchOptions,
@@ -75,15 +77,43 @@ def write_chain(file: Path, skills: list[str], runners: list[str]) -> None:
 
 
 class Watch:
-    """What every part did in each tick."""
+    """What every part did in each tick, and what the gate released by then."""
 
-    def __init__(self, robot: ScratchRobot) -> None:
+    def __init__(self, robot: ScratchRobot, runners: Iterable[str]) -> None:
         self.acted: dict[int, tuple[Acted, ...]] = {}
-        robot.client.bus.subscribe(robot.client.keys.joints, self._on_joints)
+        self.released: dict[int, SafeChunk] = {}
+        bus, keys = robot.client.bus, robot.client.keys
+        bus.subscribe(keys.joints, self._on_joints)
+        for runner in runners:
+            bus.subscribe(keys.safe(runner), self._on_safe)
 
     def _on_joints(self, sample: Sample) -> None:
         state = decode(JointState, sample.payload)
         self.acted[state.tick - 1] = state.acted
+
+    def _on_safe(self, sample: Sample) -> None:
+        chunk = decode(SafeChunk, sample.payload)
+        self.released[chunk.verdict_id] = chunk
+
+    def seam_steps(self, part: int) -> FloatArray:
+        """From each chunk's last row that acted to the next one's first: changes of joint targets.
+
+        That from one skill to the next is among them. ``[n, joints of the part]``.
+        """
+        steps = []
+        for tick in sorted(self.acted):
+            rows = [self.acted[one][part] for one in (tick - 1, tick) if one in self.acted]
+            chunks = {row.verdict_id for row in rows if not row.hold}
+            if len(chunks) == 2:
+                before, after = (self._executed(part, row) for row in rows)
+                steps.append(after - before)
+        return np.array(steps)
+
+    def _executed(self, part: int, acted: Acted) -> FloatArray:
+        chunk = self.released[acted.verdict_id]
+        (one,) = (one for one in chunk.parts if one.part == part)
+        rows = floats(one.values).reshape(chunk.horizon, -1)
+        return rows[acted.row, list(one.active)]
 
     def held_between_rows(self, part: int) -> list[int]:
         """Ticks after its first row and before its last in which the part held."""
@@ -97,7 +127,7 @@ class Watch:
 
 
 def run_chain(robot: ScratchRobot, file: Path) -> Watch:
-    watch = Watch(robot)
+    watch = Watch(robot, robot.scratch.deployment.services)
     place, registry = str(robot.scratch.file), robot.scratch.state_dir / "registry"
     done = fairlead("run", str(file), "--deployment", place, state=registry)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -176,3 +206,7 @@ def test_in_realtime_rows_act_until_those_of_a_policy_that_loads_for_4_s_do(
     write_chain(tmp_path / "chain.yaml", names, runners)
     watch = run_chain(robot, tmp_path / "chain.yaml")
     assert watch.held_between_rows(0) == []
+    limits = load_robot("panda").profile("sim").parts["arm"].joint_position
+    assert limits is not None
+    steps = watch.seam_steps(0)
+    assert len(steps) and (abs(steps) <= limits.step_limits).all(), steps

@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import socket
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.paths import rskill_dir
@@ -117,9 +119,14 @@ class OfferedSkills:
         return loaded.worker
 
     def share_a_policy(self, one: SkillManifest, other: SkillManifest) -> bool:
-        """Whether they are the same skill, or ask the same server."""
-        servers = {self._options.policy(skill).options.get("address") for skill in (one, other)}
-        return one.id == other.id or (len(servers) == 1 and None not in servers)
+        """Whether they are the same skill, or ask the same server.
+
+        Resolves the names of hosts, so it may take a while.
+        """
+        hosts = [
+            _hosts(self._options.policy(skill).options.get("address")) for skill in (one, other)
+        ]
+        return one.id == other.id or not hosts[0].isdisjoint(hosts[1])
 
     async def close(self) -> None:
         """End every policy's process; a call that still runs fails."""
@@ -147,6 +154,19 @@ class OfferedSkills:
             except ConfigError:
                 continue  # said in the log when the runner started
         return found
+
+
+def _hosts(address: object) -> set[tuple[str, int]]:
+    """Numbers and port of the hosts that an address names; of one unknown its own words."""
+    if not isinstance(address, str):
+        return set()
+    try:
+        named = urlsplit(address)
+        port = named.port or (443 if named.scheme == "wss" else 80)
+        found = socket.getaddrinfo(named.hostname or "", port, type=socket.SOCK_STREAM)
+    except (OSError, ValueError):
+        return {(address, 0)}
+    return {(str(one[-1][0]), port) for one in found}
 
 
 def _stamp(skill: SkillManifest) -> Stamp:

@@ -2,13 +2,16 @@
 
 A request is a map with the state, the prompt and the skill's pictures under their names; the
 answer has ``actions``, float32 ``[H, dim]``. The protocol knows no episodes and no ticks: a
-connection is one episode, and each request is ``execute_steps`` rows after the one before.
+connection is one episode, and each request is ``execute_steps`` rows after the one before. The
+policy infers in a thread, so the server hears and answers all else meanwhile.
 """
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from http import HTTPStatus
 from traceback import format_exc
 from typing import Any
@@ -18,6 +21,7 @@ import numpy.typing as npt
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import State
 
 from fairlead.errors import PolicyError, expected
 from fairlead.messages import FloatArray
@@ -31,6 +35,7 @@ from fairlead_skill_runner.action_rows import policy_rows
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import NO_MESSAGE
+from fairlead_skill_runner.policies.remote.served_skill import KEY, told_of
 
 _MESSAGE_MAX_BYTES = 64 * 2**20
 _FAILED, _LATER = 1011, 1013
@@ -58,7 +63,8 @@ class PolicyServer:
         self._skill, self._policy, self._say = skill, policy, say
         self._state_key, self._prompt_key = keys
         self._api_key = api_key
-        self._is_busy = False
+        self._newest: ServerConnection | None = None
+        self._turn = asyncio.Lock()
 
     async def listen(self, host: str, port: int) -> Server:
         """Begin to serve; port 0 takes any that is free."""
@@ -78,28 +84,31 @@ class PolicyServer:
         return None
 
     async def _client(self, link: ServerConnection) -> None:
-        if self._is_busy:
+        if self._newest is not None and self._newest.state is State.OPEN:
             self._say(f"{link.remote_address}: refused, another client is connected")
             await link.close(_LATER, "another client is connected")
             return
-        skill, self._is_busy = self._skill, True
+        self._newest = link
+        async with self._turn:  # one that hung up may still be inferred for
+            await self._episode(link)
+
+    async def _episode(self, link: ServerConnection) -> None:
         try:
-            self._policy.reset()
-            await link.send(encode({"skill": skill.id, "version": skill.version}))
+            await asyncio.to_thread(self._policy.reset)
+            await link.send(encode({KEY: told_of(self._skill)}))
             self._say(f"{link.remote_address}: connected")
             tick = 1
             async for message in link:
-                await link.send(self._answer(message, tick))
-                tick += skill.execute_steps
+                await link.send(await asyncio.to_thread(self._answer, message, tick))
+                tick += self._skill.execute_steps
         except ConnectionClosed:
             pass
         except Exception as error:  # noqa: BLE001 - a policy may raise anything; client and log say so
             known = isinstance(error, PolicyError)
             self._say(f"{link.remote_address}: {error if known else format_exc().rstrip()}")
-            await link.send(f"{type(error).__name__}: {error}")  # openpi sends text, then ends
-            await link.close(_FAILED)
-        finally:
-            self._is_busy = False
+            with suppress(ConnectionClosed):
+                await link.send(f"{type(error).__name__}: {error}")  # openpi sends text, then ends
+                await link.close(_FAILED)
 
     def _answer(self, message: str | bytes, tick: int) -> bytes:
         try:

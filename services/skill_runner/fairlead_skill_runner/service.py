@@ -203,7 +203,9 @@ class SkillRunner:
         async with self._accepting:
             admission = await asyncio.to_thread(self._skills.find, request.skill)
             skill, running = admission.skill, self._running()
-            if running is not None and self._skills.share_a_policy(skill, running.skill):
+            if running is not None and await asyncio.to_thread(
+                self._skills.share_a_policy, skill, running.skill
+            ):
                 return Done(text=f"skill {skill.id}: its policy answers the goal that runs")
             worker = await self._skills.worker(skill)
             self._hear(skill)

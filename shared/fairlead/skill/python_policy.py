@@ -19,13 +19,22 @@ METHODS = ("from_options", "infer", "reset")
 
 
 class PythonPolicyOptions(BaseModel):
-    """file: in the skill's folder. class: its name there. options: handed to the class."""
+    """Which class, and what it is handed.
+
+    Attributes:
+        file: in the skill's folder.
+        class_name: ``class``: its name there.
+        options: handed to the class.
+        probe: whether it is asked once as it is loaded, so that rows of another shape are known
+            before there is a claim; false for a policy whose ``infer`` does more than answer.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     file: str = Field(pattern=r"^[^/\\]+\.py$")
     class_name: str = Field(alias="class", pattern=r"^[A-Za-z_]\w*$")
     options: dict[str, JsonValue] = Field(default_factory=dict)
+    probe: bool = True
 
     def path(self, folder: Path) -> Path:
         """The file in a skill's folder.

@@ -28,10 +28,11 @@ from fairlead_tools.record.timeline import draw_timeline
 NO_TRIAL = frozenset(
     {
         "already_solved", "camera_lost", "cancelled", "claim_refused", "error", "hal_fault",
-        "internal_error", "new_session", "no_answer", "not_admitted", "policy_error",
+        "internal_error", "new_session", "no_answer", "not_admitted",
     }
 )  # fmt: skip
-"""Kinds of ends, beside those of layouts, that say nothing of how well the skill does its task."""
+"""Kinds of ends, beside those of layouts and of a policy that was never asked, that say nothing of
+how well the skill does its task."""
 HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
 READY_WAIT_S, PAUSE_S = 15.0, 0.2
 T = TypeVar("T")
@@ -67,7 +68,8 @@ class Episode:
     def is_trial(self) -> bool:
         """Whether the skill could show what it can."""
         kind = self.why.partition(":")[0]
-        is_none = kind in NO_TRIAL or kind.startswith("layout_")
+        never_asked = kind == "policy_error" and not self.first_tick
+        is_none = never_asked or kind in NO_TRIAL or kind.startswith("layout_")
         return self.outcome == "succeeded" or not is_none
 
     @property

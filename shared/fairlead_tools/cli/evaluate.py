@@ -117,6 +117,7 @@ def eval_command(
     cancels the goal and prints what there is. A stop ends it, unless --reset-stops. STALLS: how
     often rows ran out; SEAM: the largest step from one chunk to the next, of the range commanded.
     Episodes that ended by an error, a fault or a cancel are no trials: named, not counted, exit 1.
+    A policy that breaks once it was asked has failed.
     """
     wanted, skill = parse_seeds(seeds), installed_skill(skill)
     manifest, file = load_skill(skill), choose_file(deployment)

@@ -15,7 +15,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
-from fairlead_tools.cli.evaluate import parse_seeds
+from fairlead_tools.cli.evaluate import MAX_EPISODES, parse_seeds
 from fairlead_tools.cli.options import (
     JsonOption,
     complete_skill,
@@ -25,19 +25,25 @@ from fairlead_tools.cli.options import (
 )
 from fairlead_tools.cli.skill import SkillArgument, installed_skill
 
+DATASETS = Path("out/datasets")
 SOURCE, CLONED = "panda_mobile_sim", "oracle-counter-to-cabinet"
 DatasetArgument = Annotated[Path, typer.Argument(help="a folder that dataset record made")]
 
 
-@example("fairlead dataset record oracle-counter-to-cabinet --seeds 0:20 --out out/dataset")
+@example("fairlead dataset record oracle-counter-to-cabinet --episodes 20")
 def record_command(
     skill: SkillArgument,
     seeds: Annotated[
-        str, typer.Option(metavar="FIRST:END", help="0:20 is 0 to 19; or single ones: 3,5,8")
-    ],
-    out: Annotated[Path, typer.Option(file_okay=False, help="a new folder")],
+        str | None,
+        typer.Option(metavar="FIRST:END", help="0:20 is 0 to 19; or single ones: 3,5,8"),
+    ] = None,
     episodes: Annotated[
-        int | None, typer.Option(min=1, help="of the first so many seeds; default: of all")
+        int | None,
+        typer.Option(min=1, max=MAX_EPISODES, help="of the first so many seeds, from 0 on"),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(file_okay=False, help="a new folder; default: out/datasets/SKILL"),
     ] = None,
     noise: Annotated[
         float,
@@ -71,9 +77,13 @@ def record_command(
     from fairlead_tools.learn.dataset import add, begin
     from fairlead_tools.learn.record import Teacher, record
 
-    wanted = parse_seeds(seeds)[:episodes]
+    if seeds is None and episodes is None:
+        one_of = "--episodes N, --seeds FIRST:END or both"
+        raise ConfigError(expected("dataset record", one_of, "neither"))
+    wanted = parse_seeds(f"0:{episodes}" if seeds is None else seeds)[:episodes]
     chosen = load_deployment(deployment or deployment_path(SOURCE))
     manifest = load_skill(installed_skill(skill))
+    out = out or DATASETS / manifest.id
     Admission(manifest, load_robot(chosen.robot)).require()
     if beta != 1.0 and expert is None:
         raise ConfigError(expected("dataset record: --beta", "--expert SKILL with it", "none"))

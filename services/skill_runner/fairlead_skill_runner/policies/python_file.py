@@ -10,11 +10,13 @@ from types import ModuleType
 
 from pydantic import JsonValue
 
-from fairlead.errors import ConfigError, expected
+from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.paths import rskill_dir
-from fairlead.policy import Policy
+from fairlead.policy import Done, Failed, Policy
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.python_policy import python_policy_options
+from fairlead_skill_runner.action_rows import policy_rows
+from fairlead_skill_runner.policies.remote.served_policy import warm_up_observation
 
 
 class PythonFilePolicy:
@@ -29,10 +31,11 @@ class PythonFilePolicy:
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Policy:
-        """Run the file (in the policy's own process) and build its class.
+        """Run the file (in the policy's own process), build its class and ask it once.
 
         Raises:
             ConfigError: for options that do not fit, and a file that cannot be run.
+            PolicyError: it raises, or answers with no rows of the skill's.
         """
         wanted = python_policy_options(options)
         path = wanted.path(rskill_dir(skill.id))
@@ -41,7 +44,26 @@ class PythonFilePolicy:
             who, what = f"python policy: {path}", f"a class {wanted.class_name}"
             raise ConfigError(expected(who, what, repr(found)))
         build: type[Policy] = found
-        return build.from_options(skill, wanted.options)
+        policy = build.from_options(skill, wanted.options)
+        if wanted.probe:
+            _probe(f"python policy: {path}", policy, skill)
+        return policy
+
+
+def _probe(who: str, policy: Policy, skill: SkillManifest) -> None:
+    """An episode of one question, of which the policy then knows nothing."""
+    try:
+        policy.reset()
+        answer = policy.infer(warm_up_observation(skill))
+        if not isinstance(answer, Done | Failed):
+            policy_rows(answer, skill.action_contract.dim, skill.horizon)
+        policy.reset()
+    except (Exception, SystemExit) as error:
+        said = str(error) if isinstance(error, PolicyError) else f"{type(error).__name__}: {error}"
+        raise PolicyError(
+            f"{who}: asked with a probe observation: {said}\n"
+            "  for a policy that cannot be asked before its goal: policy.options: probe: false"
+        ) from error
 
 
 def _run_file(path: Path) -> ModuleType:

@@ -20,6 +20,7 @@ from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
     NO_MESSAGE,
+    SIGN_OF_LIFE_S,
     RemoteOptions,
     busy_server,
     check_remote_options,
@@ -30,6 +31,7 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     taken_server,
     warm_up_observation,
 )
+from fairlead_skill_runner.policies.remote.served_skill import check_served
 
 WHO = "openpi policy"
 ADDRESS = ServerAddress(r"^wss?://[^/\s]+(/\S*)?$", "ws://127.0.0.1:8000")
@@ -41,11 +43,18 @@ _LATER = 1013
 
 
 class OpenpiOptions(RemoteOptions):
-    """state_key, prompt_key: their names in the request; pictures have the skill's names."""
+    """How the server calls things, and itself.
+
+    Attributes:
+        state_key, prompt_key: their names in the request; pictures have the skill's names.
+        serves: the skill whose policy ``fairlead serve-policy`` serves there, if it has another
+            id than the one that asks.
+    """
 
     address: str = Field(pattern=ADDRESS.pattern)
     state_key: str = "observation/state"
     prompt_key: str = "prompt"
+    serves: str = ""
 
 
 class OpenpiPolicy:
@@ -59,7 +68,6 @@ class OpenpiPolicy:
         self._skill = skill
         self._options = options
         self._link: ClientConnection | None = None
-        self._failed = False  # which may be a server's end
         self._open = ExitStack()
         self._metadata: list[str] = []
 
@@ -76,10 +84,11 @@ class OpenpiPolicy:
 
         Raises:
             ConfigError: for options that do not fit.
-            PolicyError: if no server is there, or it answers with another width.
+            PolicyError: if no server is there, it says that it serves another skill, or it answers
+                with another width.
         """
         policy = cls(skill, check_openpi_options(skill, options))
-        policy.reset()
+        policy._dial()
         policy._warm_up()
         return policy
 
@@ -92,23 +101,21 @@ class OpenpiPolicy:
         Raises:
             PolicyError: if none is.
         """
-        was_ended, self._failed = self._failed or self._server_ended(), False
+        is_the_same = self._is_the_same()
         self._close()
         self._dial()
-        if was_ended:
+        if not is_the_same:
             self._warm_up()
             self._close()  # a server may remember what a connection has shown it
             self._dial()
 
-    def _server_ended(self) -> bool:
-        if self._link is None:
-            return False
-        try:
-            self._link.recv(timeout=0)
-        except TimeoutError:
-            return False
-        except (ConnectionClosed, OSError):
-            return True
+    def _is_the_same(self) -> bool:
+        """Whether the server still answers where the last episode was.
+
+        A host that loses its power ends no connection.
+        """
+        with suppress(ConnectionClosed, OSError):
+            return self._link is not None and self._link.ping().wait(SIGN_OF_LIFE_S)
         return False
 
     def _warm_up(self) -> None:
@@ -166,6 +173,8 @@ class OpenpiPolicy:
             got = f"{type(metadata).__name__} of {len(greeting)} bytes"
             what = f"openpi's metadata, a map, first from {self._options.address}"
             raise PolicyError(expected(WHO, what, got))
+        options = self._options
+        check_served(WHO, options.address, metadata, self._skill, options.serves)
         self._metadata = list(map(str, metadata))
 
     def infer(self, observation: Observation) -> Actions:
@@ -186,7 +195,6 @@ class OpenpiPolicy:
             return float_rows(WHO, "actions", rows, skill.action_contract.dim, skill.horizon)
         except PolicyError:
             self._close()
-            self._failed = True
             raise
 
     def _request(self, observation: Observation) -> dict[str, object]:

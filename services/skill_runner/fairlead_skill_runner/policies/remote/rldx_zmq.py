@@ -95,7 +95,7 @@ class RldxZmqPolicy:
         Raises:
             PolicyError: as `from_options`.
         """
-        if self._link.dial():
+        if not self._link.dial():
             self._warm_up()
         # The same session again: a server that keeps sessions has one of ours, not one a goal.
         self._first = True

@@ -80,6 +80,9 @@ class RemoteOptions(BaseModel):
 NO_MESSAGE = (ValueError, TypeError, RecursionError, MemoryError)
 """What decoding raises for bytes that are no message of a server's."""
 
+SIGN_OF_LIFE_S = 1.0
+"""How long a server that was idle may take for a ping; after that it is taken for another one."""
+
 Options = TypeVar("Options", bound=RemoteOptions)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Mapping
+from contextlib import suppress
 
 import zmq
 
@@ -16,6 +17,7 @@ from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.policies.remote.rldx_wire import Arrays, decode, encode
 from fairlead_skill_runner.policies.remote.served_policy import (
     NO_MESSAGE,
+    SIGN_OF_LIFE_S,
     RemoteOptions,
     busy_server,
     no_server,
@@ -48,25 +50,28 @@ class ZmqLink:
         self._socket: zmq.Socket[bytes] | None = None
         self._monitor: zmq.Socket[bytes] | None = None
         self._key: str | None = None
-        self._lost = False  # its server, since it was dialled
         self.arrays: Arrays = "npy"
 
     def dial(self) -> bool:
-        """A new socket, on which the server answers; whether the one before had lost its server.
+        """A new socket, on which the server answers; whether it is the one of the socket before.
+
+        A host that loses its power ends no connection, so the old one is asked.
 
         Raises:
             PolicyError: if no server is there, it is busy, or wants another key.
         """
-        before = self._socket, self._monitor
-        self._socket = self._monitor = None
-        try:
-            self._open()
-            # Asked once the new connection has answered: the one thread that serves both has then
-            # seen what became of the old one. ZeroMQ itself dials anew silently.
-            lost, self._lost = self._lost, False
-            return lost or (before[1] is not None and bool(before[1].poll(0)))
-        finally:
-            _close(*before)
+        is_the_same = self._is_the_same()
+        self.close()
+        self._open()
+        return is_the_same
+
+    def _is_the_same(self) -> bool:
+        if self._socket is None:
+            return False
+        with suppress(TimeoutError, PolicyError):
+            self.call({"endpoint": "ping"}, SIGN_OF_LIFE_S)
+            return True
+        return False
 
     def _open(self) -> None:
         self._key = self._options.api_key(WHO)
@@ -126,7 +131,6 @@ class ZmqLink:
             raise PolicyError(f"{WHO}: {address} answered no message: {error}") from None
         if self._monitor is not None and self._monitor.poll(0):
             self.close()  # ZeroMQ dials anew silently: this may be another server's answer
-            self._lost = True
             raise PolicyError(f"{WHO}: {self._options.address}: the link was lost meanwhile")
         if isinstance(reply, dict) and "error" in reply:
             failed = ServerError(self._options, str(reply["error"]))
@@ -137,16 +141,12 @@ class ZmqLink:
 
     def close(self) -> None:
         """Leave; `dial` begins anew."""
-        _close(self._socket, self._monitor)
+        if self._socket is not None:
+            self._socket.disable_monitor()
+            self._socket.close(linger=0)
+        if self._monitor is not None:
+            self._monitor.close(linger=0)
         self._socket = self._monitor = None
-
-
-def _close(link: zmq.Socket[bytes] | None, monitor: zmq.Socket[bytes] | None) -> None:
-    if link is not None:
-        link.disable_monitor()
-        link.close(linger=0)
-    if monitor is not None:
-        monitor.close(linger=0)
 
 
 def _listens(address: str) -> bool:
