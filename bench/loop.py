@@ -241,8 +241,8 @@ def main() -> None:
         "services": services_table(watched),
     }
     if arguments.write:
-        for name, table in tables.items():
-            write_table(name, table)
+        for name in ("loop", "services"):
+            write_table(name, tables[name])
     medians = {priority: median(rounds, priority) for priority in PRIORITIES}
     if arguments.json:
         rows = [asdict(one) | {"ratio": one.ratio} for one in rounds]
