@@ -32,7 +32,7 @@ def rendering(inject: Callable[[LiveStage], Shot], bound_ms: float, robot: Camer
 
 ROWS = tuple(
     Row(number, fault + RENDERING, outcome, bound_ms, "cameras",
-        partial(rendering, inject, bound_ms), measures, also="pictures a second, p50 / max")
+        partial(rendering, inject, bound_ms), measures, also="pictures a second")
     for number, fault, outcome, bound_ms, inject, measures in (
         (1, "gate killed", "HAL holds; the gate boots latched", 150, kill_gate,
          "hold"),

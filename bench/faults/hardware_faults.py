@@ -125,8 +125,8 @@ CABLE_MS = 300.0
 ADAPTER_MS = 100.0
 """A tick, both attempts to read, and what the emulator takes to end."""
 OVERLOAD_MS = (ServoLimits().ticks + 3) * TICK_MS
-GAP, GAP_MS = "longest gap before a tick that moved", 150.0
-STOP = "gate's stop, p50 / max"
+GAP, GAP_MS = "gap", 150.0
+STOP = "gate's stop"
 ROWS = (
     Row(43, f"cable to servo {CUT} and those behind it comes off",
         "HAL's fault names them, gate stops", CABLE_MS, "servos",

@@ -126,8 +126,8 @@ def _verdicts(lines: Sequence[MotionLine]) -> set[int]:
     return {verdict for line in lines for verdict in line.verdicts}
 
 
-MEASURES = "end of the last row's period to hold"
-ALSO = "server's fault to hold, p50 / max"
+MEASURES = "last row's end to hold"
+ALSO = "server's fault to hold"
 ROWS = (
     Row(
         6, f"policy server {SLOWER} times as slow",

@@ -153,7 +153,7 @@ def no_row_acts_again(robot: LiveStage, shot: Shot) -> None:
 
 
 GOAL_ENDED = "goal's end"
-HOLD = "injection to hold, p50 / max"
+HOLD = "injection to hold"
 TO_STOP = "stop"
 ROWS = (
     Row(1, "gate killed", "HAL holds; the gate boots latched", 150, "robot", kill_gate),
@@ -161,7 +161,7 @@ ROWS = (
     Row(
         3, f"{BUSY_LOOPS} busy loops for {BUSY_S:g} s",
         "each row in its tick, or hold", 150, "robot", busy_machine,
-        "longest gap before a tick that moved", excused=False,
+        "gap", excused=False,
     ),
     Row(4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, "robot", kill_runner),
     Row(
