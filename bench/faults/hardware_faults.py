@@ -138,7 +138,7 @@ ROWS = (
     Row(44, "10 % of servos' answers have a wrong byte",
         "each row in its tick, once, or a fault that names servos", GAP_MS, "servos",
         partial(loud_noise, 0.1), GAP),
-    Row(45, f"servo {BLOCKED} says overload in motion", "stop that names it", OVERLOAD_MS, "servos",
+    Row(45, f"servo {BLOCKED} says overload in motion", "stop, naming it", OVERLOAD_MS, "servos",
         partial(unless_late, overloaded, OVERLOAD_MS)),
     Row(46, "gamepad silent while deflected", "slows down, holds; moves again when it speaks",
         SILENT_MS, "servos", silent_gamepad, "last event to rest"),

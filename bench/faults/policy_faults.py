@@ -131,13 +131,13 @@ ALSO = "server's fault to hold"
 ROWS = (
     Row(
         6, f"policy server {SLOWER} times as slow",
-        "hold between chunks, `starved`; goes on under a new verdict", TICK_MS, "policy", slow,
+        "hold between chunks (`starved`) until a new verdict", TICK_MS, "policy", slow,
         MEASURES, also=ALSO,
     ),
     *(
         Row(
             6, f"policy server {what}",
-            "hold; the goal's typed error says so; the next goal moves, no late answer acts",
+            "hold; the goal's error says so; no late answer acts, the next goal moves",
             TICK_MS, "policy", partial(fails, behaviour), MEASURES, also=ALSO,
         )
         for behaviour, what in (
