@@ -38,6 +38,6 @@ def write_table(name: str, table: str, page: Path | None = None) -> Path:
     _, ended, after = rest.partition(end)
     if not found or not ended:
         raise SystemExit(f"bench: {path} has no marks {start} and {end}; put them where it goes")
-    note = f"Measured {datetime.now(UTC).date()} by the command above: {machine()}."
+    note = f"Measured {datetime.now(UTC).date()}: {machine()}."
     path.write_text(f"{before}{start}\n{table}\n\n{note}\n{end}{after}")
     return path

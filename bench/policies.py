@@ -134,25 +134,22 @@ def asking(source: Path, skill: str, address: str, folder: Path) -> Path:
 def row(case: Case, found: dict[str, Any]) -> str:
     """Markdown."""
     episodes = found["episodes"]
-    low, high = found["interval_95"]
     refused: Counter[str] = Counter()
     for one in episodes:
         refused.update(one["refusals"])
     codes = ", ".join(f"{count} {code}" for code, count in sorted(refused.items())) or "-"
-    seams = [one["seam_step"] for one in episodes if one["seam_step"] is not None]
     ticks = f"{found['median_ticks']:g}" if found["median_ticks"] is not None else "-"
     cells = (
         case.name, case.skill, case.pacing, f"{case.latency_ms:g}",
-        f"{found['succeeded']} of {len(episodes)} ({100 * low:.0f} to {100 * high:.0f} %)",
-        ticks, codes, str(sum(one["stalls"] or 0 for one in episodes)),
-        f"{max(seams):.2f}" if seams else "-",
+        f"{found['succeeded']} of {len(episodes)}", ticks, codes,
+        str(sum(one["stalls"] or 0 for one in episodes)),
     )  # fmt: skip
     return f"| {' | '.join(cells)} |"
 
 
 HEADER = (
-    "| policy | skill | pacing | late by ms | succeeded (95 %) | median ticks | refused or cut "
-    "| stalls | largest seam step |\n|---|---|---|---|---|---|---|---|---|"
+    "| policy | skill | pacing | late by ms | succeeded | median ticks | refused or cut "
+    "| stalls |\n|---|---|---|---|---|---|---|---|"
 )
 
 

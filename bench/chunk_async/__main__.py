@@ -87,8 +87,8 @@ def misses(runs: Sequence[Run]) -> list[str]:
 
 
 COLUMNS = (
-    "latency ms", "seam", "H", "d", "H >= 2d + 1", "ticks", "stalls", "duty", "theory", "seam step",
-    "synchronous: duty", "latest wins: stalls, duty, seam step", "other holds, longest tick ms",
+    "latency ms", "seam", "H", "d", "H >= 2d + 1", "stalls", "duty", "theory", "seam step",
+    "synchronous: duty", "latest wins: duty",
 )  # fmt: skip
 
 
@@ -99,22 +99,18 @@ def table(runs: Sequence[Run]) -> str:
 
 
 def _cells(one: Run) -> tuple[str, ...]:
-    queue = one.latest_wins
     return (
         f"{one.latency_ms:.0f}",
         one.way,
         f"{one.horizon}",
         f"{one.longest_ticks}",
         "yes" if one.never_stalls else "no",
-        f"{one.ticks}",
-        f"{one.stalls}",
+        f"{one.stalls} of {one.ticks}",
         f"{one.duty:.3f}",
         f"{one.theory:.3f}",
         _share(one.seam, one.naive),
         f"{one.synchronous.duty:.3f}",
-        f"{queue.stalls} of {len(queue.levels)}, {queue.duty:.3f}, "
-        f"{_share(queue.largest_step, one.naive)}",
-        f"{one.other_holds}, {one.longest_tick_ms:.0f}",
+        f"{one.latest_wins.duty:.3f}",
     )
 
 

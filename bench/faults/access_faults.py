@@ -126,6 +126,6 @@ ROWS = (
     Row(24, "a peer with a default configuration sends the same", "no link; no tick is held", None,
         "robot", default_peer),
     Row(25, "who has an expired, revoked or wrong-name certificate sends the same",
-        "no link, or none that anything passes; no tick is held", None, "certified",
+        "no link, or nothing passes it; no tick is held", None, "certified",
         bad_certificate),
 )  # fmt: skip

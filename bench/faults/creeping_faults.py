@@ -168,7 +168,7 @@ def towards_singularity(stage: GateStage) -> Shot:
     )  # fmt: skip
 
 
-ENDED = "refused or truncated before the breach; none in any executed state"
+ENDED = "refused or truncated; no executed state breaches"
 ROWS = (
     Row(35, "steps creep to the edge of the box", ENDED, None, "gate", box_edge),
     Row(35, "steps lead the elbow into a table", ENDED, None, "gate", into_the_table),

@@ -122,7 +122,7 @@ def behind_router(robot: LiveStage, forgery: Forgery) -> Shot:
 
 def _row(fault: str, bound_ms: float, forgery: Forgery) -> Row:
     return Row(
-        49, f"whoever stole {fault}", "hold; status and logs say that there are two", bound_ms,
+        49, f"whoever stole {fault}", "hold; status and logs report two", bound_ms,
         "certified", partial(behind_router, forgery=forgery),
     )  # fmt: skip
 

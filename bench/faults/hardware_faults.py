@@ -125,8 +125,8 @@ CABLE_MS = 300.0
 ADAPTER_MS = 100.0
 """A tick, both attempts to read, and what the emulator takes to end."""
 OVERLOAD_MS = (ServoLimits().ticks + 3) * TICK_MS
-GAP, GAP_MS = "longest gap before a tick that moved", 150.0
-STOP = "gate's stop, p50 / max"
+GAP, GAP_MS = "gap", 150.0
+STOP = "gate's stop"
 ROWS = (
     Row(43, f"cable to servo {CUT} and those behind it comes off",
         "HAL's fault names them, gate stops", CABLE_MS, "servos",
@@ -138,7 +138,7 @@ ROWS = (
     Row(44, "10 % of servos' answers have a wrong byte",
         "each row in its tick, once, or a fault that names servos", GAP_MS, "servos",
         partial(loud_noise, 0.1), GAP),
-    Row(45, f"servo {BLOCKED} says overload in motion", "stop that names it", OVERLOAD_MS, "servos",
+    Row(45, f"servo {BLOCKED} says overload in motion", "stop, naming it", OVERLOAD_MS, "servos",
         partial(unless_late, overloaded, OVERLOAD_MS)),
     Row(46, "gamepad silent while deflected", "slows down, holds; moves again when it speaks",
         SILENT_MS, "servos", silent_gamepad, "last event to rest"),

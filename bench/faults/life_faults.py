@@ -153,7 +153,7 @@ def memory(robot: LiveStage) -> dict[str, int]:
 
 
 ROWS = (
-    Row(39, "every service killed at once, started again", "gate boots latched, HAL holds", None,
+    Row(39, "every service killed at once, started again", "hold; the gate starts latched", None,
         "robot", power_cycle),
     Row(40, f"{SOAK_TICKS} ticks of goals in lockstep",
         f"no process grows by more than {GROWTH_PERCENT:g} % per {SOAK_TICKS} ticks", None, "soak",

@@ -156,7 +156,7 @@ ROWS = (
     Row(12, "partition between runner and gate", "hold", 550, "routed",
         partial(partition, "runner")),
     Row(13, "partition between gate and HAL", "hold", 150, "routed", partial(partition, "hal")),
-    Row(14, "one-way loss of the HAL's state", "hold, then the gate stops within 300 ms", 150,
+    Row(14, "one-way loss of the HAL's state", "hold; gate stops within 300 ms", 150,
         "routed", lost_state),
     *(
         Row(15, f"{WHOSE[service]} link for {BAD_S:g} s: {what}",
@@ -166,9 +166,9 @@ ROWS = (
     ),
     *(
         Row(42, f"leases and rows of {DARK_S * 1e3:g} ms {what} in mid-chunk",
-            "hold; goes on only under a new verdict", LAPSE_MS, "routed",
+            "hold until a new verdict", LAPSE_MS, "routed",
             partial(dark_leases, rule), "lapse to hold",
-            also="injection to hold, p50 / max")
+            also="injection to hold")
         for what, rule in (("come late", stalls), ("are lost", gap))
     ),
 )  # fmt: skip

@@ -153,15 +153,15 @@ def no_row_acts_again(robot: LiveStage, shot: Shot) -> None:
 
 
 GOAL_ENDED = "goal's end"
-HOLD = "injection to hold, p50 / max"
+HOLD = "injection to hold"
 TO_STOP = "stop"
 ROWS = (
-    Row(1, "gate killed", "HAL holds; the gate boots latched", 150, "robot", kill_gate),
+    Row(1, "gate killed", "hold; the gate starts latched", 150, "robot", kill_gate),
     Row(2, "gate paused 5 s", "hold; on wake no old row acts", 150, "robot", pause_gate),
     Row(
         3, f"{BUSY_LOOPS} busy loops for {BUSY_S:g} s",
         "each row in its tick, or hold", 150, "robot", busy_machine,
-        "longest gap before a tick that moved", excused=False,
+        "gap", excused=False,
     ),
     Row(4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, "robot", kill_runner),
     Row(
@@ -169,7 +169,7 @@ ROWS = (
         550, "robot", pause_runner,
     ),
     Row(
-        7, "HAL killed, restarted", "gate stops; the new session moves nothing and is not armed",
+        7, "HAL killed, restarted", "gate stops; the new session is not armed",
         300, "robot", kill_hal, TO_STOP,
     ),
     Row(
@@ -177,7 +177,7 @@ ROWS = (
         300, "robot", pause_hal, TO_STOP,
     ),
     Row(
-        9, "state_assembler killed", "hold; the goal fails and names the missing layout",
+        9, "state_assembler killed", "hold; the goal's failure names the layout",
         1000, "robot", kill_assembler, GOAL_ENDED, also=HOLD,
     ),
     Row(

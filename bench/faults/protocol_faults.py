@@ -207,7 +207,7 @@ ROWS = (
     ),
     Row(21, "wrong robot hash", "claim refused; chunk G002", T_MS, "gate", wrong_robot, ANSWER),
     Row(
-        22, "two runners, one claim", "the second is refused and told who holds it",
+        22, "two runners, one claim", "the second is refused, with the holder's name",
         T_MS, "gate", two_runners, ANSWER,
     ),
     Row(

@@ -125,5 +125,5 @@ ROWS = (
     Row(36, f"robot pushed by {PUSH_M} m a tick", KEEPS, 200, "faulty",
         partial(stops, "pushed", ("G040", "G013"))),
     Row(37, "HAL accepts the stop, the robot goes on", "the gate latches", STOP_RAMP_MS + 100.0,
-        "faulty", runs_on, "stop message to latch"),
+        "faulty", runs_on, "stop to latch"),
 )  # fmt: skip

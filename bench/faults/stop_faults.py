@@ -83,7 +83,7 @@ def refused_so_far(robot: LiveStage) -> int:
     return dict(robot.client.gate_status().counters).get("G002", 0)
 
 
-FROM_PUT = "stop message to hold"
+FROM_PUT = "stop to hold"
 ROWS = (
     Row(26, "operator stop in motion", "stops", STOP_MS, "robot", operator_stop, FROM_PUT),
     Row(26, "operator stop, 9 of 10 of its messages lost", "stops", LOSSY_MS, "routed",

@@ -34,16 +34,16 @@ def fleet_table(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
     share = (most.memory_mb[1] - few.memory_mb[1]) / max(1, most.robots - few.robots)
     rows: list[tuple[str, float, int]] = [
         ("links", LINKS, 0),
-        ("messages sent a second", _sums(messages)[0], 0),
-        ("of them bytes a second, kB", _sums(messages)[1] / 1e3, 0),
+        ("messages/s", _sums(messages)[0], 0),
+        ("their kB/s", _sums(messages)[1] / 1e3, 0),
         ("HAL, gate and client: processors", (few.cpu_ms - few.router_ms) / PERIOD_MS, 3),
         ("router: processors", few.router_ms / PERIOD_MS, 3),
         ("router: MB more for each robot", share, 1),
     ]
     if few.links:
         rows[3:3] = [
-            ("packets over links a second, in and out", few.links[1], 0),
-            ("bytes over links a second, in and out, kB", few.links[0] / 1e3, 0),
+            ("packets/s over links", few.links[1], 0),
+            ("kB/s over links", few.links[0] / 1e3, 0),
         ]
     routers = -(-FLEET // SHARD)
     lines = [

@@ -30,7 +30,7 @@ def test_the_core_bench_releases_every_chunk_that_it_times() -> None:
         f"{chunk}, {pacing}, rows that {motion}"
         for chunk in ("joint targets", "all parts")
         for pacing in ("lockstep", "realtime")
-        for motion in ("hold", "sway")
+        for motion in ("hold", "oscillate")
     }
 
 

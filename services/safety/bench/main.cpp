@@ -105,7 +105,7 @@ void add_whole_steps(json& found, const std::string& robot_name, const Limits& r
     for (const bool lockstep : {true, false}) {
       const StepTimes times = time_steps(robot, {lockstep, moving, rows}, ticks);
       const std::string kind = robot_name + (lockstep ? ", lockstep" : ", realtime") +
-                               (moving ? ", rows that sway" : ", rows that hold");
+                               (moving ? ", rows that oscillate" : ", rows that hold");
       if (!times.refused.empty())
         throw std::runtime_error(kind + ": a chunk was not released: " + times.refused);
       found[kind] = {{"chunk", both_clocks(times.chunks)}, {"state", both_clocks(times.states)}};

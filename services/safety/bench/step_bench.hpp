@@ -17,13 +17,13 @@ struct StepTimes {
 
 struct StepKind {
   bool lockstep = false;
-  bool moving = false;  // chunks that sway, else chunks that hold
+  bool moving = false;  // chunks that oscillate, else chunks that hold
   std::uint32_t rows = 0;
 };
 
 /// Arms a gate for `limits` and gives it `ticks` states, after each a chunk of rows for every part.
-/// Rows that sway do not before the third: the next chunk replaces them before any of them acts,
-/// and the robot stands still, so each tick begins as the one before.
+/// Rows that oscillate do not before the third: the next chunk replaces them before any of them
+/// acts, and the robot stands still, so each tick begins as the one before.
 StepTimes time_steps(const Limits& limits, StepKind kind, std::size_t ticks);
 
 }  // namespace fairlead::bench
