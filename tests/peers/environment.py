@@ -44,8 +44,16 @@ def by_lerobot(folder: Path, module: str, *arguments: str | Path) -> str:
     return done.stdout
 
 
-def checkouts(variable: str, marker: str) -> list[Path]:
-    """The checkouts that an environment variable names, each with a file that must be in it.
+MARKERS = {
+    "OPENPI": "src/openpi/serving/websocket_policy_server.py",
+    "GROOT": "gr00t/policy/server_client.py",
+    "RLDX": "rldx/policy/server_client.py",
+}
+"""By environment variable a file that must be in its checkouts."""
+
+
+def checkouts(variable: str) -> list[Path]:
+    """The checkouts that an environment variable names.
 
     Skips the test where it is not set.
     """
@@ -54,5 +62,5 @@ def checkouts(variable: str, marker: str) -> list[Path]:
         pytest.skip(f"{variable} names no checkout: {variable}=PATH make peers")
     found = [Path(path).expanduser() for path in named.split(os.pathsep)]
     for path in found:
-        assert (path / marker).exists(), f"{variable}: {path} has no {marker}"
+        assert (path / MARKERS[variable]).exists(), f"{variable}: {path} has no {MARKERS[variable]}"
     return found
