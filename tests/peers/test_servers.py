@@ -14,8 +14,7 @@ from tests.peers.environment import checkouts
 from tests.peers.rows import overshooting
 from tests.peers.serve_openpi import FAILING
 from tests.peers.served import admitted_rows, made, serving
-from tests.runner.asked_policies import PI05, failure, observation
-from tests.runner.test_rtc_servers import late
+from tests.runner.asked_policies import PI05, failure, late, observation
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 

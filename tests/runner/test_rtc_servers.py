@@ -7,7 +7,6 @@ RLDX-1's own code do it.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -15,10 +14,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from fairlead.policy import Observation, PastAnswer
-from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
-from tests.runner.asked_policies import RLDX, failure, observation
+from tests.runner.asked_policies import FITTING, RLDX, failure, late, observation
 from tests.runner.policy_servers import (
     ANSWERS,
     RLDX_SHARES,
@@ -28,7 +26,6 @@ from tests.runner.policy_servers import (
     read_npy,
     rldx_actions,
 )
-from tests.runner.test_server_releases import FITTING
 
 pytestmark = pytest.mark.processes
 
@@ -92,16 +89,6 @@ def load(rldx: Callable[[ANSWERS], RldxServer]) -> Iterator[Load]:
     yield make
     for policy in made:
         policy._link.close()
-
-
-def late(skill: SkillManifest, count: int) -> tuple[Observation, Array]:
-    """An observation before whose answer ``count`` released rows act; these."""
-    rows = np.random.default_rng(8).uniform(-1, 1, (9, 12)).astype(np.float32)
-    none, all_of_them = np.zeros(9, bool), np.ones(9, bool)
-    seen = observation(skill)
-    before = PastAnswer(seen.tick - 2, rows, 1, "released", none, none, all_of_them)
-    late = replace(seen, answers=(before,), delay_ticks=count - 1)
-    return late, rows[2 : 2 + count]
 
 
 def told(server: RldxServer) -> tuple[Array, int]:
