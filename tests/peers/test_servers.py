@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from bench.equipment.live_robot import wait_for
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
 from tests.peers.environment import checkouts
-from tests.peers.rows import overshooting
-from tests.peers.serve_openpi import FAILING
+from tests.peers.rows import HORIZON, overshooting
+from tests.peers.serve_openpi import FAILING, HANGING
 from tests.peers.served import admitted_rows, made, serving
 from tests.runner.asked_policies import PI05, failure, late, observation
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
 
+AT_ONCE = (str(HORIZON), "0")
+
+
 def test_openpi_s_server_drives_the_pi05_skill(capfd: pytest.CaptureFixture[str]) -> None:
     [checkout] = checkouts("OPENPI")
     skill = load_skill(PI05)
-    with serving("serve_openpi", str(checkout)) as port:
+    with serving("serve_openpi", str(checkout), *AT_ONCE) as port:
         policy = made(skill, OpenpiPolicy, f"ws://127.0.0.1:{port}")
         assert "tells of itself: reset_pose; asked with a probe " in capfd.readouterr().err
         policy.reset()
@@ -37,6 +42,49 @@ def test_openpi_s_server_drives_the_pi05_skill(capfd: pytest.CaptureFixture[str]
         policy.reset()
         assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
         policy._close()
+
+
+def test_openpi_s_server_of_more_rows_than_the_skill_takes_is_refused_at_load() -> None:
+    [checkout] = checkouts("OPENPI")
+    with serving("serve_openpi", str(checkout), "100", "0") as port:
+        text = failure(lambda: made(load_skill(PI05), OpenpiPolicy, f"ws://127.0.0.1:{port}"))
+    assert text.endswith("expected actions as floats [1 to 50, 12], got float64 [100, 12]")
+
+
+def test_openpi_s_server_that_was_started_anew_compiles_again_before_the_claim() -> None:
+    [checkout] = checkouts("OPENPI")
+    skill = load_skill(PI05)
+    with serving("serve_openpi", str(checkout), *AT_ONCE) as port:
+        policy = made(skill, OpenpiPolicy, f"ws://127.0.0.1:{port}", answer_timeout_s=2.0)
+        policy.reset()
+        assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
+    with serving("serve_openpi", str(checkout), str(HORIZON), "4", port=port):
+        policy.reset()
+        assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
+        policy._close()
+
+
+def test_openpi_s_server_that_infers_for_another_is_called_busy_not_absent(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    [checkout] = checkouts("OPENPI")
+    skill, said = load_skill(PI05), [""]
+
+    def hangs() -> bool:
+        said[0] += capfd.readouterr().err
+        return f"{HANGING} as told" in said[0]
+
+    with ThreadPoolExecutor(1) as pool:
+        with serving("serve_openpi", str(checkout), *AT_ONCE) as port:
+            address = f"ws://127.0.0.1:{port}"
+            first = made(skill, OpenpiPolicy, address)
+            asked = replace(observation(skill), prompt=HANGING)
+            ended = pool.submit(failure, lambda: first._ask(asked, 100.0))
+            wait_for(hangs, "the server infers", 60.0)
+            text = failure(lambda: made(skill, OpenpiPolicy, address, connect_timeout_s=1.0))
+        assert "closed the connection" in ended.result()
+    awaited = "sent no websocket handshake within 1 s"
+    assert f"{address} listens, but {awaited}: it is busy with another request" in text
 
 
 @pytest.mark.parametrize(
