@@ -44,6 +44,12 @@ class PreTrainedConfig:
         config.output_features = features(config.outputs)
         return config
 """
+RTC = """
+class RTCConfig:
+    execution_horizon = 10
+    def __init__(self, execution_horizon):
+        self.execution_horizon, self.enabled = execution_horizon, False
+"""
 FACTORY = """
 import os, signal, sys
 from types import SimpleNamespace as Named
@@ -58,7 +64,10 @@ class Policy:
         policy.config, policy.asked = config, 0
         return policy
     def reset(self): self.asked = 0
-    def predict_action_chunk(self, batch):
+    def supports_rtc(self): return self.config.type == "smolvla"
+    def init_rtc_processor(self): self.rtc = self.config.rtc_config
+    def predict_action_chunk(self, batch, **meanwhile):
+        assert batch.get("action") is None
         self.asked += 1
         if self.asked > 1:  # the first is the probe, or a goal's first
             DOES[self.config.does]()
@@ -73,6 +82,12 @@ class Policy:
         rows[0, :, 5] = torch.set_num_threads.given
         if self.config.does == "nan" and state[0, 0] > 1:
             rows[0, 2, 5] = self.config.number
+        rows *= self.config.scale
+        if meanwhile:
+            count, before = meanwhile["inference_delay"], meanwhile["prev_chunk_left_over"]
+            assert self.rtc.enabled and self.rtc.execution_horizon == len(rows[0])
+            assert (before is None) == (count == 0)
+            rows[0, :count] = before[:count] if count else 0
         return rows.view(torch.Tensor)
 def fail(): raise KeyError("no such token")
 def hang():
@@ -82,14 +97,17 @@ def die(): os.kill(os.getpid(), signal.SIGKILL)
 DOES = {"": lambda: None, "nan": lambda: None, "fail": fail, "hang": hang, "die": die,
         "nonsense": lambda: os.write(int(sys.argv[1]), b"\\0\\0\\0\\2{]")}
 class Pipeline:
-    def __init__(self, steps): self.steps = steps
-    def __call__(self, data): return data
+    def __init__(self, steps, scale): self.steps, self.scale = steps, scale
+    def __call__(self, data):
+        if not isinstance(data, dict): return data / self.scale
+        action = data.get("action")
+        return data | {"action": None if action is None else action * self.scale}
     def reset(self): pass
 def get_policy_class(name): return Policy
 def make_pre_post_processors(config, pretrained_path, preprocessor_overrides):
     steps = [Named(norm_map={}, features={}, stats=None)]
     steps.append(Named(norm_map=config.norm, features=dict(config.inputs), stats=config.stats))
-    return Pipeline(steps), Pipeline([])
+    return Pipeline(steps, config.scale), Pipeline([], config.scale)
 """
 
 
@@ -99,6 +117,7 @@ def other_python(folder: Path, version: str = "0.6.1") -> Path:
     for name, text in {
         "torch.py": TORCH, "lerobot/configs/policies.py": CONFIG,
         "lerobot/policies/factory.py": FACTORY,
+        "lerobot/policies/rtc/configuration_rtc.py": RTC,
         f"lerobot-{version}.dist-info/METADATA": f"Name: lerobot\nVersion: {version}\n",
     }.items():  # fmt: skip
         (packages / name).parent.mkdir(parents=True, exist_ok=True)
@@ -122,6 +141,7 @@ def checkpoint(folder: Path, **changes: Any) -> Path:
             "observation.state": [STATE], f"observation.images.{EYE}": [3, SIDE_PX, SIDE_PX],
         },
         "outputs": {"action": [DIM]}, "observation_delta_indices": None, "rows": ROWS, "does": "",
+        "chunk_size": ROWS, "scale": 1,
         "norm": {"observation.state": "MEAN_STD"}, "stats": {"observation.state": {"mean": [0]}},
     }  # fmt: skip
     (folder / "config.json").write_text(json.dumps(document | changes))
