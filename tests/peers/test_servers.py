@@ -124,7 +124,7 @@ def test_rldx_s_own_code_takes_the_rows_that_act_meanwhile() -> None:
             policy.reset()
             assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
             for count in (1, 3):
-                seen, acting = late(skill, count)
+                seen, acting = late(observation(skill), 12, count)
                 rows = policy.infer(seen)
                 np.testing.assert_allclose(rows[:count], acting, atol=1e-6)
                 assert rows[count:].tobytes() == overshooting()[count:].tobytes()

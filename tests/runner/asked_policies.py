@@ -43,14 +43,12 @@ def observation(skill: SkillManifest, tick: int = 9) -> Observation:
     )
 
 
-def late(skill: SkillManifest, count: int) -> tuple[Observation, Array]:
+def late(seen: Observation, width: int, count: int) -> tuple[Observation, Array]:
     """An observation before whose answer ``count`` released rows act; these."""
-    rows = np.random.default_rng(8).uniform(-1, 1, (9, 12)).astype(np.float32)
-    none, all_of_them = np.zeros(9, bool), np.ones(9, bool)
-    seen = observation(skill)
-    before = PastAnswer(seen.tick - 2, rows, 1, "released", none, none, all_of_them)
-    late = replace(seen, answers=(before,), delay_ticks=count - 1)
-    return late, rows[2 : 2 + count]
+    rows = np.random.default_rng(8).uniform(-1, 1, (9, width)).astype(np.float32)
+    none = np.zeros(9, bool)
+    before = PastAnswer(seen.tick - 2, rows, 1, "released", none, none, ~none)
+    return replace(seen, answers=(before,), delay_ticks=count - 1), rows[2 : 2 + count]
 
 
 Ask = Callable[..., PolicyWorker]

@@ -7,12 +7,19 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pytest
 import yaml
 
+from fairlead.errors import ConfigError, PolicyError
+from fairlead.policy import Observation
 from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
+from fairlead_skill_runner.policies.lerobot.policy import LerobotPolicy
 
 NAME, EYE, STATE, DIM, SIDE_PX, ROWS, HORIZON = "lerobot-test", "eye", 8, 7, 64, 12, 8
 FILES = ("model.safetensors", "policy_preprocessor.json", "policy_postprocessor.json")
@@ -174,3 +181,25 @@ def install(
     (skills / name).mkdir(parents=True, exist_ok=True)
     (skills / name / "rskill.yaml").write_text(yaml.safe_dump(document))
     return read_skill(skills / name)
+
+
+def seen(deltas: int = 1) -> Observation:
+    """The first state begins with 0.25, the last pixel looked at is 51 in the first frame."""
+    frames = np.zeros((deltas, SIDE_PX, SIDE_PX, 3), np.uint8)
+    frames[0, 1, 0, 2] = 51
+    states = np.full((deltas, STATE), 0.5)
+    states[0, 0] = 0.25
+    several = {EYE: frames} if deltas > 1 else {}
+    return Observation(3, states[-1], "go", {EYE: frames[-1]}, frames=several, earlier=states[:-1])
+
+
+@contextmanager
+def made(skill: SkillManifest) -> Iterator[LerobotPolicy]:
+    with closing(LerobotPolicy.from_options(skill, skill.policy.options)) as policy:
+        yield policy
+
+
+def refusal(skill: SkillManifest) -> str:
+    with pytest.raises((ConfigError, PolicyError)) as caught, made(skill):
+        pass
+    return str(caught.value)

@@ -6,8 +6,6 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,11 +15,9 @@ import pytest
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import POLICIES
-from fairlead.policy import Observation, PastAnswer
-from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.backends import check_policy_options
 from fairlead_skill_runner.policies.lerobot.checkpoint import check_dataset
-from fairlead_skill_runner.policies.lerobot.policy import LerobotPolicy
 from fairlead_skill_runner.policies.onnx_files import action_names
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_tools.learn.lerobot_export import export_lerobot
@@ -29,14 +25,15 @@ from tests.client.turns import until
 from tests.learn.drawn import CLONE, drawn_pictures
 from tests.runner.lerobot_skill import (
     DIM,
-    EYE,
     HORIZON,
     NAME,
-    SIDE_PX,
     STATE,
     checkpoint,
     install,
+    made,
     other_python,
+    refusal,
+    seen,
 )
 
 pytestmark = pytest.mark.processes
@@ -53,28 +50,6 @@ def skills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def python(tmp_path: Path) -> Path:
     return other_python(tmp_path)
-
-
-def seen(deltas: int = 1) -> Observation:
-    """The first state begins with 0.25, the last pixel looked at is 51 in the first frame."""
-    frames = np.zeros((deltas, SIDE_PX, SIDE_PX, 3), np.uint8)
-    frames[0, 1, 0, 2] = 51
-    states = np.full((deltas, STATE), 0.5)
-    states[0, 0] = 0.25
-    several = {EYE: frames} if deltas > 1 else {}
-    return Observation(3, states[-1], "go", {EYE: frames[-1]}, frames=several, earlier=states[:-1])
-
-
-@contextmanager
-def made(skill: SkillManifest) -> Iterator[LerobotPolicy]:
-    with closing(LerobotPolicy.from_options(skill, skill.policy.options)) as policy:
-        yield policy
-
-
-def refusal(skill: SkillManifest) -> str:
-    with pytest.raises((ConfigError, PolicyError)) as caught, made(skill):
-        pass
-    return str(caught.value)
 
 
 @pytest.mark.parametrize("deltas", [(0,), (-1, 0)])
@@ -97,42 +72,6 @@ def test_the_first_rows_of_lerobot_s_chunk_are_the_answer(
         "act by lerobot 0.6.1 on cpu: chunks of 12 rows, of which the first 8 are used" in said.err
     )
     assert said.out == "", "what lerobot prints is for the log"
-
-
-def acting(count: int) -> Observation:
-    """Before whose answer ``count`` rows of an earlier one act: those from the third on."""
-    rows = np.arange(6 * DIM, dtype=np.float32).reshape(6, DIM)
-    none, now = np.zeros(6, bool), seen()
-    before = PastAnswer(now.tick - 2, rows, 1, "released", none, none, ~none)
-    return replace(now, answers=(before,), delay_ticks=count - 1)
-
-
-def test_a_policy_with_real_time_chunking_goes_on_from_the_rows_that_act_meanwhile(
-    skills: Path, python: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """They reach it in its own numbers, as its processors have those of a dataset."""
-    checkpoint(skills / NAME / "own", type="smolvla", scale=2)
-    with made(install(skills, python, rtc=True)) as policy:
-        assert policy.continues_rows
-        assert "it goes on from a prefix of one row within 0 of it" in capfd.readouterr().err
-        policy.reset()
-        assert policy.infer(seen())[0, 2] == 1
-        now = acting(3)
-        rows = policy.infer(now)
-        assert rows[:3].tobytes() == now.prefix().tobytes() and len(now.prefix()) == 3
-        assert rows[3, 2] == 2
-    with made(install(skills, python)) as policy:
-        assert not policy.continues_rows
-        assert policy.infer(acting(3))[0, 2] == 2
-
-
-def test_a_policy_without_real_time_chunking_is_refused_a_skill_that_wants_it(
-    skills: Path, python: Path
-) -> None:
-    assert refusal(install(skills, python, rtc=True)) == (
-        "lerobot policy: rtc: expected a policy with real-time chunking, or no rtc, got act of "
-        "lerobot 0.6.1"
-    )
 
 
 def test_an_interpreter_that_is_none_or_has_no_lerobot_is_named_with_the_way_out(

@@ -105,7 +105,7 @@ def test_the_rows_that_act_meanwhile_go_to_the_server_and_its_answer_goes_on_fro
         f"{server.address} goes on from a prefix of one row within 0 of" in capfd.readouterr().err
     )
     policy.reset()
-    seen, acting = late(load_skill(RLDX), 3)
+    seen, acting = late(observation(load_skill(RLDX)), 12, 3)
     answer = policy.infer(seen)
     sent, length = told(server)
     assert (sent.shape, sent.dtype.name, length) == ((1, 3, 12), "float32", 3)
@@ -133,7 +133,7 @@ def test_a_skill_without_rtc_switches_it_off_in_every_request(
         in capfd.readouterr().err
     )
     policy.reset()
-    seen, _ = late(load_skill(RLDX), 3)
+    seen, _ = late(observation(load_skill(RLDX)), 12, 3)
     assert policy.infer(seen).tobytes() == NUMBERED.tobytes()
     sent, length = told(server)
     assert (sent.shape, length) == ((1, 0, 12), 0)
@@ -143,7 +143,7 @@ def test_a_server_that_reads_no_prefix_is_asked_once_and_then_without(
     load: Load,
 ) -> None:
     server, policy = load(without_rtc)
-    policy.infer(late(load_skill(RLDX), 3)[0])
+    policy.infer(late(observation(load_skill(RLDX)), 12, 3)[0])
     _, asked = server.requests
     assert asked["options"].keys() == {"session_ids", "reset_memory"}
 

@@ -100,7 +100,7 @@ class RldxZmqPolicy:
                 f"modalities: {told}; asked with a probe observation it gave {list(rows.shape)} "
                 f"after {time.monotonic() - begun_s:.2f} s",
             )
-            self._try_rtc(rows)
+            self._check_rtc(rows)
         except PolicyError:
             self._link.close()
             raise
@@ -119,12 +119,12 @@ class RldxZmqPolicy:
         self._reads_prefix = True
         return self._act(seen, timeout_s, self._prefix(seen))
 
-    def _try_rtc(self, rows: Actions) -> None:
-        """A server whose RTC is on goes on from the rows it is given, or from none."""
+    def _check_rtc(self, rows: Actions) -> None:
+        """With ``rtc`` a server must go on from rows that it is given: the probe's first one."""
         address = self._options.address
         if not self._options.rtc:
             if self._reads_prefix:
-                # else it goes on from its own last answer, whatever the gate released of that
+                # else it goes on from its own last answer, whatever the gate released of it
                 say(WHO, f"{address}: every request switches its real-time chunking off: no rtc")
             return
         if not self._reads_prefix:
