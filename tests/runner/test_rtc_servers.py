@@ -16,7 +16,7 @@ import pytest
 
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
-from tests.runner.asked_policies import FITTING, RLDX, failure, late, observation
+from tests.runner.asked_policies import FITTING, RLDX, Ask, bits, failure, late, observation
 from tests.runner.policy_servers import (
     ANSWERS,
     RLDX_SHARES,
@@ -111,6 +111,19 @@ def test_the_rows_that_act_meanwhile_go_to_the_server_and_its_answer_goes_on_fro
     assert (sent.shape, sent.dtype.name, length) == ((1, 3, 12), "float32", 3)
     assert sent[0].tobytes() == acting[:, columns(ITS_ORDER)].tobytes()
     assert answer.tobytes() == np.concatenate([acting, NUMBERED[3:]]).tobytes()
+
+
+@pytest.mark.asyncio
+async def test_they_reach_a_policy_in_its_worker_process(
+    rldx: Callable[[ANSWERS], RldxServer], worker: Ask
+) -> None:
+    server = rldx(with_rtc)
+    server.config = CONFIG
+    asked = worker(RLDX, server.address, rtc=True)
+    await asked.load()
+    await asked.reset()
+    seen, acting = late(observation(load_skill(RLDX)), 12, 3)
+    assert bits(await asked.infer(seen)) == np.concatenate([acting, NUMBERED[3:]]).tobytes()
 
 
 def test_where_no_row_acts_meanwhile_the_server_is_told_so(
