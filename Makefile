@@ -23,7 +23,7 @@ thorough: setup ## what make test leaves to CI: longer tests of what it shows in
 	@scripts/test --thorough
 
 peers: setup ## policy clients against published code; OPENPI, GROOT, RLDX, LEROBOT name where it is
-	@scripts/peers
+	@scripts/peers $(ARGS)
 
 soak: setup ## the long tests: twenty seeds of the task; soundness and usability of the gate
 	@scripts/test -m soak

@@ -22,15 +22,64 @@ def peer(module: str) -> list[str]:
     return [str(python), "-u", "-m", f"tests.peers.{module}"]
 
 
+VARIABLES = {
+    "OPENPI": "CHECKOUT",
+    "GROOT": "CHECKOUT[:CHECKOUT]",
+    "RLDX": "CHECKOUT",
+    "LEROBOT": "PYTHON",
+}
+"""The environment variables that name peers, and what each names."""
+
+MARKERS = {
+    "OPENPI": "src/openpi/serving/websocket_policy_server.py",
+    "GROOT": "gr00t/policy/server_client.py",
+    "RLDX": "rldx/policy/server_client.py",
+}
+"""By variable a file that must be in its checkouts."""
+
+required: set[str] = set()
+"""Variables of peers without which their tests fail (``--require``)."""
+
+
+def named(variable: str) -> list[Path]:
+    """What an environment variable names; nothing where it is not set."""
+    text = os.environ.get(variable, "")
+    return [Path(path).expanduser() for path in text.split(os.pathsep) if path]
+
+
+def releases(variable: str) -> list[str]:
+    """What an environment variable names, each with its commit or version."""
+    return [f"{path} at {_release(variable, path)}" for path in named(variable)]
+
+
+def _release(variable: str, path: Path) -> str:
+    ask = ["git", "-C", str(path), "describe", "--always", "--dirty", "--exclude=*"]
+    if variable == "LEROBOT":
+        ask = [str(path), "-c", "import importlib.metadata as m; print(m.version('lerobot'))"]
+    try:
+        done = subprocess.run(ask, capture_output=True, text=True, check=False)
+    except OSError as error:
+        return f"no release: {error.strerror}"
+    return done.stdout.strip() or "a commit that it does not tell"
+
+
+def _demand(variable: str) -> list[Path]:
+    found = named(variable)
+    if not found:
+        absent = f"{variable} names none: {variable}={VARIABLES[variable]} make peers"
+        if variable in required:
+            pytest.fail(absent)
+        pytest.skip(absent)
+    return found
+
+
 def lerobot() -> str:
     """An interpreter that has lerobot.
 
-    Skips the test where none is named.
+    Skips the test where none is named, fails it where it is required.
     """
-    python = os.environ.get("LEROBOT", "")
-    if not python:
-        pytest.skip("LEROBOT names no interpreter with lerobot: LEROBOT=PATH make peers")
-    return python
+    [python] = _demand("LEROBOT")
+    return str(python)
 
 
 def by_lerobot(folder: Path, module: str, *arguments: str | Path) -> str:
@@ -44,15 +93,12 @@ def by_lerobot(folder: Path, module: str, *arguments: str | Path) -> str:
     return done.stdout
 
 
-def checkouts(variable: str, marker: str) -> list[Path]:
-    """The checkouts that an environment variable names, each with a file that must be in it.
+def checkouts(variable: str) -> list[Path]:
+    """The checkouts that an environment variable names.
 
-    Skips the test where it is not set.
+    Skips the test where it is not set, fails it where it is required.
     """
-    named = os.environ.get(variable, "")
-    if not named:
-        pytest.skip(f"{variable} names no checkout: {variable}=PATH make peers")
-    found = [Path(path).expanduser() for path in named.split(os.pathsep)]
+    found = _demand(variable)
     for path in found:
-        assert (path / marker).exists(), f"{variable}: {path} has no {marker}"
+        assert (path / MARKERS[variable]).exists(), f"{variable}: {path} has no {MARKERS[variable]}"
     return found

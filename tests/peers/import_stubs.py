@@ -1,7 +1,7 @@
 """Stand-ins for heavy libraries that a server imports and that do nothing where no weights are.
 
-Only libraries of this list, and only where they are not installed. A stand-in can be subclassed,
-called, subscripted, used in an annotation and as a decorator.
+Only libraries of this list, and only where they are not installed; and a server's own model. A
+stand-in can be subclassed, called, subscripted, used in an annotation and as a decorator.
 """
 
 from __future__ import annotations
@@ -9,15 +9,15 @@ from __future__ import annotations
 import importlib.abc
 import importlib.machinery
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from types import ModuleType
 from typing import Any
 
 HEAVY = {
     "accelerate", "albumentations", "av", "beartype", "cv2", "datasets", "decord", "diffusers",
     "einops", "flash_attn", "flax", "huggingface_hub", "jax", "jaxtyping", "matplotlib",
-    "omegaconf", "pandas", "peft", "pydantic", "safetensors", "scipy", "torch", "torchcodec",
-    "torchvision", "tqdm", "transformers", "tree", "tyro", "wandb", "yaml",
+    "omegaconf", "packaging", "pandas", "peft", "pydantic", "requests", "safetensors", "scipy",
+    "torch", "torchcodec", "torchvision", "tqdm", "transformers", "tree", "tyro", "wandb", "yaml",
 }  # fmt: skip
 
 
@@ -51,13 +51,19 @@ class _StubModule(ModuleType):
 
 
 class StubFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Put at the end of ``sys.meta_path``, so that what is installed comes first."""
+    """Stands in for packages and all that is below them.
+
+    At the end of ``sys.meta_path`` what is installed comes first; at the beginning it does.
+    """
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self._names = frozenset(names)
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
         """A stand-in for a module of the list."""
-        if name.partition(".")[0] not in HEAVY:
+        if not any(name == one or name.startswith(f"{one}.") for one in self._names):
             return None
         return importlib.machinery.ModuleSpec(name, self, is_package=True)
 
@@ -69,6 +75,7 @@ class StubFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         """Nothing to do."""
 
 
-def install() -> None:
-    """From now on missing libraries of the list are stand-ins."""
-    sys.meta_path.append(StubFinder())
+def install(*own: str) -> None:
+    """From now on missing libraries of the list are stand-ins, and ``own`` packages too."""
+    sys.meta_path.insert(0, StubFinder(own))
+    sys.meta_path.append(StubFinder(HEAVY))

@@ -2,77 +2,32 @@
 
 from __future__ import annotations
 
-import json
-import socket
-import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from bench.equipment.live_robot import wait_for
-from fairlead.robot.manifest import load_robot
-from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead.skill.routes import resolve_routes
-from fairlead_skill_runner.fitted_rows import fitted
+from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
-from fairlead_tools.supervisor.this_host import free_ports
-from tests.peers.environment import checkouts, peer
-from tests.peers.rows import HORIZON, SHARES, overshooting
-from tests.peers.serve_openpi import FAILING
-from tests.runner.asked_policies import PI05, failure, observation
+from tests.peers.environment import checkouts
+from tests.peers.rows import HORIZON, overshooting
+from tests.peers.serve_openpi import FAILING, HANGING
+from tests.peers.served import admitted_rows, made, serving
+from tests.runner.asked_policies import PI05, failure, late, observation
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
-FRAMES = [-6, -4, -2, 0]
-ZMQ_SKILLS = [
-    ("rldx1-ft-rc365-nf4", FRAMES, [0]),
-    ("rldx-robocasa", FRAMES, [0]),
-    ("gr00t-robocasa", [0], FRAMES),
-]
-"""With the frames that fit, and others that do not."""
 
-
-@contextmanager
-def serving(module: str, *arguments: str) -> Iterator[int]:
-    """A server of the peers' environment on a port of ours, from when it can be reached."""
-    port = free_ports(1)[0]
-    command = [*peer(module), arguments[0], str(port), *arguments[1:]]
-
-    def is_up() -> bool:
-        assert server.poll() is None, "the server ended; above is what it said"
-        with suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
-            return True
-        return False
-
-    with subprocess.Popen(command) as server:
-        try:
-            wait_for(is_up, f"{module} listens", 60.0)
-            yield port
-        finally:
-            server.kill()
-
-
-def made(skill: SkillManifest, kind: Any, address: str) -> Any:
-    """The skill's policy with a server of ours."""
-    return kind.from_options(skill, skill.policy.options | {"address": address})
-
-
-def admitted_rows(skill: SkillManifest, rows: Any) -> Any:
-    """What goes to the gate of a policy's rows."""
-    routes = resolve_routes(skill.action_contract, load_robot("panda_mobile"))
-    return fitted(routes, rows)
+AT_ONCE = (str(HORIZON), "0")
 
 
 def test_openpi_s_server_drives_the_pi05_skill(capfd: pytest.CaptureFixture[str]) -> None:
-    [checkout] = checkouts("OPENPI", "src/openpi/serving/websocket_policy_server.py")
+    [checkout] = checkouts("OPENPI")
     skill = load_skill(PI05)
-    with serving("serve_openpi", str(checkout)) as port:
+    with serving("serve_openpi", str(checkout), *AT_ONCE) as port:
         policy = made(skill, OpenpiPolicy, f"ws://127.0.0.1:{port}")
         assert "tells of itself: reset_pose; asked with a probe " in capfd.readouterr().err
         policy.reset()
@@ -89,38 +44,110 @@ def test_openpi_s_server_drives_the_pi05_skill(capfd: pytest.CaptureFixture[str]
         policy._close()
 
 
-def config_of(skill: SkillManifest, frames: list[int]) -> str:
-    options: Any = skill.policy.options
-    return json.dumps({
-        "video": (frames, list(skill.images)),
-        "state": ([0], list(options["state"])),
-        "action": (list(range(HORIZON)), list(SHARES)),
-        "language": ([0], [options["language_key"]]),
-    })  # fmt: skip
+def test_openpi_s_server_of_more_rows_than_the_skill_takes_is_refused_at_load() -> None:
+    [checkout] = checkouts("OPENPI")
+    with serving("serve_openpi", str(checkout), "100", "0") as port:
+        text = failure(lambda: made(load_skill(PI05), OpenpiPolicy, f"ws://127.0.0.1:{port}"))
+    assert text.endswith("expected actions as floats [1 to 50, 12], got float64 [100, 12]")
 
 
-def drive(checkout: Path, name: str, fitting: list[int], others: list[int]) -> None:
-    skill = load_skill(name)
-    with serving("serve_zmq", str(checkout), config_of(skill, fitting)) as port:
-        policy = made(skill, RldxZmqPolicy, f"tcp://127.0.0.1:{port}")
+def test_openpi_s_server_that_was_started_anew_compiles_again_before_the_claim() -> None:
+    [checkout] = checkouts("OPENPI")
+    skill = load_skill(PI05)
+    with serving("serve_openpi", str(checkout), *AT_ONCE) as port:
+        policy = made(skill, OpenpiPolicy, f"ws://127.0.0.1:{port}", answer_timeout_s=2.0)
         policy.reset()
-        rows = policy.infer(observation(skill))
-        assert rows.tobytes() == overshooting().tobytes()
-        assert np.abs(admitted_rows(skill, rows)[:, :10]).max() == 1.0
-        policy._link.close()
-    with serving("serve_zmq", str(checkout), config_of(skill, others)) as port:
-        address = f"tcp://127.0.0.1:{port}"
-        text = failure(lambda: made(skill, RldxZmqPolicy, address))
-        assert f"it wants frames at deltas {others}" in text
+        assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
+    with serving("serve_openpi", str(checkout), str(HORIZON), "4", port=port):
+        policy.reset()
+        assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
+        policy._close()
 
 
-@pytest.mark.parametrize(("name", "fitting", "others"), ZMQ_SKILLS)
-def test_gr00t_s_server_drives_the_skills(name: str, fitting: list[int], others: list[int]) -> None:
-    for checkout in checkouts("GROOT", "gr00t/policy/server_client.py"):
-        drive(checkout, name, fitting, others)
+def test_openpi_s_server_that_infers_for_another_is_called_busy_not_absent(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    [checkout] = checkouts("OPENPI")
+    skill, said = load_skill(PI05), [""]
+
+    def hangs() -> bool:
+        said[0] += capfd.readouterr().err
+        return f"{HANGING} as told" in said[0]
+
+    with ThreadPoolExecutor(1) as pool:
+        with serving("serve_openpi", str(checkout), *AT_ONCE) as port:
+            address = f"ws://127.0.0.1:{port}"
+            first = made(skill, OpenpiPolicy, address)
+            asked = replace(observation(skill), prompt=HANGING)
+            ended = pool.submit(failure, lambda: first._ask(asked, 100.0))
+            wait_for(hangs, "the server infers", 60.0)
+            text = failure(lambda: made(skill, OpenpiPolicy, address, connect_timeout_s=1.0))
+        assert "closed the connection" in ended.result()
+    awaited = "sent no websocket handshake within 1 s"
+    assert f"{address} listens, but {awaited}: it is busy with another request" in text
 
 
-@pytest.mark.parametrize(("name", "fitting", "others"), ZMQ_SKILLS[:2])
-def test_rldx_s_server_drives_its_skills(name: str, fitting: list[int], others: list[int]) -> None:
-    for checkout in checkouts("RLDX", "rldx/policy/server_client.py"):
-        drive(checkout, name, fitting, others)
+@pytest.mark.parametrize(
+    ("variable", "name", "config", "frames", "others"),
+    [
+        ("GROOT", "gr00t-robocasa", "GR00T-N1.6-3B", 1, 4),
+        ("RLDX", "rldx1-ft-rc365-nf4", "robocasa365_config", 4, 1),
+        ("RLDX", "rldx-robocasa", "robocasa_config", 4, 1),
+    ],
+)
+def test_a_server_with_its_own_names_drives_its_skill_and_with_other_frames_is_refused(
+    variable: str, name: str, config: str, frames: int, others: int
+) -> None:
+    skill = load_skill(name)
+    for checkout in checkouts(variable):
+        with serving("serve_zmq", str(checkout), config, str(frames)) as port:
+            policy = made(skill, RldxZmqPolicy, f"tcp://127.0.0.1:{port}")
+            policy.reset()
+            rows = policy.infer(observation(skill))
+            assert rows.tobytes() == overshooting().tobytes()
+            assert np.abs(admitted_rows(skill, rows)[:, :10]).max() == 1.0
+            policy._link.close()
+        with serving("serve_zmq", str(checkout), config, str(others)) as port:
+            address = f"tcp://127.0.0.1:{port}"
+            text = failure(lambda: made(skill, RldxZmqPolicy, address))  # noqa: B023
+            assert f"it wants frames at deltas {[2 * i for i in range(1 - others, 1)]}" in text
+
+
+RC365 = ("robocasa365_config", "4")
+
+
+def test_rldx_s_own_code_takes_the_rows_that_act_meanwhile() -> None:
+    skill = load_skill("rldx1-ft-rc365-nf4")
+    for checkout in checkouts("RLDX"):
+        with serving("serve_zmq", str(checkout), *RC365, "rtc") as port:
+            policy = made(skill, RldxZmqPolicy, f"tcp://127.0.0.1:{port}", rtc=True)
+            policy.reset()
+            assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
+            for count in (1, 3):
+                seen, acting = late(observation(skill), 12, count)
+                rows = policy.infer(seen)
+                np.testing.assert_allclose(rows[:count], acting, atol=1e-6)
+                assert rows[count:].tobytes() == overshooting()[count:].tobytes()
+            policy._link.close()
+
+
+def test_rldx_s_server_goes_on_from_no_rows_of_its_own_where_the_skill_has_no_rtc(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    skill = load_skill("rldx1-ft-rc365-nf4")
+    for checkout in checkouts("RLDX"):
+        with serving("serve_zmq", str(checkout), *RC365, "rtc") as port:
+            policy = made(skill, RldxZmqPolicy, f"tcp://127.0.0.1:{port}")
+            assert "every request switches its real-time chunking off" in capfd.readouterr().err
+            for _ in range(3):
+                assert policy.infer(observation(skill)).tobytes() == overshooting().tobytes()
+            policy._link.close()
+
+
+def test_rldx_s_server_without_rtc_is_refused_a_skill_that_wants_it() -> None:
+    skill = load_skill("rldx1-ft-rc365-nf4")
+    for checkout in checkouts("RLDX"):
+        with serving("serve_zmq", str(checkout), *RC365) as port:
+            address = f"tcp://127.0.0.1:{port}"
+            text = failure(lambda: made(skill, RldxZmqPolicy, address, rtc=True))  # noqa: B023
+            assert f"rtc: {address} takes no prefix: start RLDX-1's server with " in text

@@ -73,6 +73,24 @@ def test_help_is_the_comment_at_the_top(script: str) -> None:
     assert len(done.stdout.splitlines()) >= 4
 
 
+@pytest.mark.processes
+@pytest.mark.parametrize("require", [[], ["--require", "lerobot"], ["--require", "all"]])
+def test_peers_that_were_not_asked_are_named_and_fail_where_they_are_required(
+    require: list[str],
+) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "tests/peers/test_lerobot.py", *require],
+        env={**os.environ, "LEROBOT": "", "GROOT": "", "RLDX": "", "OPENPI": str(ROOT)},
+        cwd=ROOT, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == bool(require), done.stdout
+    commit = subprocess.check_output(["git", "rev-parse", "HEAD"], cwd=ROOT, text=True)
+    asked = re.search(rf"^OPENPI: asked: {ROOT} at (\w+)", done.stdout, re.M)
+    assert asked is not None and commit.startswith(asked[1])
+    for variable in ("GROOT", "RLDX", "LEROBOT"):
+        assert f"\n{variable}: NOT ASKED: {variable}=" in done.stdout
+
+
 WAITS = """
 import os, pathlib, threading
 def test_waits():

@@ -7,12 +7,19 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pytest
 import yaml
 
+from fairlead.errors import ConfigError, PolicyError
+from fairlead.policy import Observation
 from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
+from fairlead_skill_runner.policies.lerobot.policy import LerobotPolicy
 
 NAME, EYE, STATE, DIM, SIDE_PX, ROWS, HORIZON = "lerobot-test", "eye", 8, 7, 64, 12, 8
 FILES = ("model.safetensors", "policy_preprocessor.json", "policy_postprocessor.json")
@@ -44,6 +51,12 @@ class PreTrainedConfig:
         config.output_features = features(config.outputs)
         return config
 """
+RTC = """
+class RTCConfig:
+    execution_horizon = 10
+    def __init__(self, execution_horizon):
+        self.execution_horizon, self.enabled = execution_horizon, False
+"""
 FACTORY = """
 import os, signal, sys
 from types import SimpleNamespace as Named
@@ -58,7 +71,10 @@ class Policy:
         policy.config, policy.asked = config, 0
         return policy
     def reset(self): self.asked = 0
-    def predict_action_chunk(self, batch):
+    def supports_rtc(self): return self.config.type == "smolvla"
+    def init_rtc_processor(self): self.rtc = self.config.rtc_config
+    def predict_action_chunk(self, batch, **meanwhile):
+        assert batch.get("action") is None
         self.asked += 1
         if self.asked > 1:  # the first is the probe, or a goal's first
             DOES[self.config.does]()
@@ -73,6 +89,12 @@ class Policy:
         rows[0, :, 5] = torch.set_num_threads.given
         if self.config.does == "nan" and state[0, 0] > 1:
             rows[0, 2, 5] = self.config.number
+        rows *= self.config.scale
+        if meanwhile:
+            count, before = meanwhile["inference_delay"], meanwhile["prev_chunk_left_over"]
+            assert self.rtc.enabled and self.rtc.execution_horizon == len(rows[0])
+            assert (before is None) == (count == 0)
+            rows[0, :count] = before[:count] if count else 0
         return rows.view(torch.Tensor)
 def fail(): raise KeyError("no such token")
 def hang():
@@ -82,14 +104,17 @@ def die(): os.kill(os.getpid(), signal.SIGKILL)
 DOES = {"": lambda: None, "nan": lambda: None, "fail": fail, "hang": hang, "die": die,
         "nonsense": lambda: os.write(int(sys.argv[1]), b"\\0\\0\\0\\2{]")}
 class Pipeline:
-    def __init__(self, steps): self.steps = steps
-    def __call__(self, data): return data
+    def __init__(self, steps, scale): self.steps, self.scale = steps, scale
+    def __call__(self, data):
+        if not isinstance(data, dict): return data / self.scale
+        action = data.get("action")
+        return data | {"action": None if action is None else action * self.scale}
     def reset(self): pass
 def get_policy_class(name): return Policy
 def make_pre_post_processors(config, pretrained_path, preprocessor_overrides):
     steps = [Named(norm_map={}, features={}, stats=None)]
     steps.append(Named(norm_map=config.norm, features=dict(config.inputs), stats=config.stats))
-    return Pipeline(steps), Pipeline([])
+    return Pipeline(steps, config.scale), Pipeline([], config.scale)
 """
 
 
@@ -99,6 +124,7 @@ def other_python(folder: Path, version: str = "0.6.1") -> Path:
     for name, text in {
         "torch.py": TORCH, "lerobot/configs/policies.py": CONFIG,
         "lerobot/policies/factory.py": FACTORY,
+        "lerobot/policies/rtc/configuration_rtc.py": RTC,
         f"lerobot-{version}.dist-info/METADATA": f"Name: lerobot\nVersion: {version}\n",
     }.items():  # fmt: skip
         (packages / name).parent.mkdir(parents=True, exist_ok=True)
@@ -122,6 +148,7 @@ def checkpoint(folder: Path, **changes: Any) -> Path:
             "observation.state": [STATE], f"observation.images.{EYE}": [3, SIDE_PX, SIDE_PX],
         },
         "outputs": {"action": [DIM]}, "observation_delta_indices": None, "rows": ROWS, "does": "",
+        "chunk_size": ROWS, "scale": 1,
         "norm": {"observation.state": "MEAN_STD"}, "stats": {"observation.state": {"mean": [0]}},
     }  # fmt: skip
     (folder / "config.json").write_text(json.dumps(document | changes))
@@ -154,3 +181,25 @@ def install(
     (skills / name).mkdir(parents=True, exist_ok=True)
     (skills / name / "rskill.yaml").write_text(yaml.safe_dump(document))
     return read_skill(skills / name)
+
+
+def seen(deltas: int = 1) -> Observation:
+    """The first state begins with 0.25, the last pixel looked at is 51 in the first frame."""
+    frames = np.zeros((deltas, SIDE_PX, SIDE_PX, 3), np.uint8)
+    frames[0, 1, 0, 2] = 51
+    states = np.full((deltas, STATE), 0.5)
+    states[0, 0] = 0.25
+    several = {EYE: frames} if deltas > 1 else {}
+    return Observation(3, states[-1], "go", {EYE: frames[-1]}, frames=several, earlier=states[:-1])
+
+
+@contextmanager
+def made(skill: SkillManifest) -> Iterator[LerobotPolicy]:
+    with closing(LerobotPolicy.from_options(skill, skill.policy.options)) as policy:
+        yield policy
+
+
+def refusal(skill: SkillManifest) -> str:
+    with pytest.raises((ConfigError, PolicyError)) as caught, made(skill):
+        pass
+    return str(caught.value)

@@ -6,8 +6,6 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,11 +15,9 @@ import pytest
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import POLICIES
-from fairlead.policy import Observation
-from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.backends import check_policy_options
 from fairlead_skill_runner.policies.lerobot.checkpoint import check_dataset
-from fairlead_skill_runner.policies.lerobot.policy import LerobotPolicy
 from fairlead_skill_runner.policies.onnx_files import action_names
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_tools.learn.lerobot_export import export_lerobot
@@ -29,14 +25,15 @@ from tests.client.turns import until
 from tests.learn.drawn import CLONE, drawn_pictures
 from tests.runner.lerobot_skill import (
     DIM,
-    EYE,
     HORIZON,
     NAME,
-    SIDE_PX,
     STATE,
     checkpoint,
     install,
+    made,
     other_python,
+    refusal,
+    seen,
 )
 
 pytestmark = pytest.mark.processes
@@ -53,28 +50,6 @@ def skills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def python(tmp_path: Path) -> Path:
     return other_python(tmp_path)
-
-
-def seen(deltas: int = 1) -> Observation:
-    """The first state begins with 0.25, the last pixel looked at is 51 in the first frame."""
-    frames = np.zeros((deltas, SIDE_PX, SIDE_PX, 3), np.uint8)
-    frames[0, 1, 0, 2] = 51
-    states = np.full((deltas, STATE), 0.5)
-    states[0, 0] = 0.25
-    several = {EYE: frames} if deltas > 1 else {}
-    return Observation(3, states[-1], "go", {EYE: frames[-1]}, frames=several, earlier=states[:-1])
-
-
-@contextmanager
-def made(skill: SkillManifest) -> Iterator[LerobotPolicy]:
-    with closing(LerobotPolicy.from_options(skill, skill.policy.options)) as policy:
-        yield policy
-
-
-def refusal(skill: SkillManifest) -> str:
-    with pytest.raises((ConfigError, PolicyError)) as caught, made(skill):
-        pass
-    return str(caught.value)
 
 
 @pytest.mark.parametrize("deltas", [(0,), (-1, 0)])

@@ -18,7 +18,15 @@ import pytest
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.rldx_wire import decode
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
-from tests.runner.asked_policies import RLDX, ROWS, failure, observation
+from tests.runner.asked_policies import (
+    FITTING,
+    LANGUAGE,
+    RLDX,
+    ROWS,
+    STATES,
+    failure,
+    observation,
+)
 from tests.runner.policy_servers import (
     ANSWERS,
     RLDX_SHARES,
@@ -34,15 +42,6 @@ from tests.runner.policy_servers import (
 pytestmark = pytest.mark.processes
 
 SKILL = load_skill(RLDX)
-STATES = [
-    "end_effector_position_relative", "end_effector_rotation_relative", "base_position",
-    "base_rotation", "gripper_qpos",
-]  # fmt: skip
-LANGUAGE = "annotation.human.task_description"
-FITTING: dict[str, Any] = {
-    "video": [-6, -4, -2, 0], "state": STATES, "actions": list(RLDX_SHARES), "horizon": 16,
-    "language": LANGUAGE, "pictures": list(SKILL.images),
-}  # fmt: skip
 _FILE = io.BytesIO()
 np.save(_FILE, np.array([None]), allow_pickle=True)
 PICKLED = _FILE.getvalue()

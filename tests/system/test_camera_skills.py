@@ -194,7 +194,7 @@ def test_an_rldx_server_gets_all_three_pictures(camera_robot: CameraRobot) -> No
     assert all(frames[0, -1].any() for frames in second.values())
 
 
-def test_a_gr00t_server_gets_its_twelve_states_and_one_frame_a_picture(
+def test_a_gr00t_server_gets_its_five_states_and_one_frame_a_picture(
     camera_robot: CameraRobot,
 ) -> None:
     assert camera_robot.run(GROOT).startswith("deadline not done after")
@@ -204,12 +204,12 @@ def test_a_gr00t_server_gets_its_twelve_states_and_one_frame_a_picture(
         for name, packed in asked.items()
         if name.startswith("state.")
     }
-    assert {len(values) for values in state.values()} == {2, 3, 4, 7}
-    assert len(state) == 12
-    joints = state["joint_position"]
-    np.testing.assert_allclose(state["joint_position_cos"], np.cos(joints), atol=1e-6)
-    np.testing.assert_allclose(state["joint_position_sin"], np.sin(joints), atol=1e-6)
-    assert np.abs(state["joint_velocity"]).max() < 0.1, "it holds"
+    assert {name: len(values) for name, values in state.items()} == {
+        "end_effector_position_relative": 3, "end_effector_rotation_relative": 4,
+        "base_position": 3, "base_rotation": 4, "gripper_qpos": 2,
+    }  # fmt: skip
+    for name in ("end_effector_rotation_relative", "base_rotation"):
+        assert np.linalg.norm(state[name]) == pytest.approx(1.0, abs=1e-6)
     assert read_npy(asked["video.res256_image_side_0"]).shape == (1, 1, SIZE_PX, SIZE_PX, 3)
 
 

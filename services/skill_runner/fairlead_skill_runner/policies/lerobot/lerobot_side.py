@@ -60,7 +60,7 @@ def main() -> None:
         try:
             if "load" in asked:
                 _require_lerobot()
-                loaded = Loaded(asked["load"], asked["device"], asked["threads"])
+                loaded = Loaded(asked["load"], asked["device"], asked["threads"], asked["rtc"])
                 send(pipe, loaded.told())
             elif "seed" in asked:
                 assert loaded is not None
@@ -92,7 +92,7 @@ def _require_lerobot() -> None:
 class Loaded:
     """A checkpoint's policy between its own processors."""
 
-    def __init__(self, checkpoint: str, device: str | None, threads: int) -> None:
+    def __init__(self, checkpoint: str, device: str | None, threads: int, rtc: bool) -> None:
         import torch
         from lerobot.configs.policies import PreTrainedConfig
         from lerobot.policies.factory import get_policy_class, make_pre_post_processors
@@ -102,10 +102,14 @@ class Loaded:
         config.device = device or config.device
         if hasattr(config, "pretrained_backbone_weights"):
             config.pretrained_backbone_weights = None  # the checkpoint has them: no download
-        self._torch, self._config = torch, config
+        self._torch, self._config, self._rtc = torch, config, rtc
         self._policy = get_policy_class(config.type).from_pretrained(
             checkpoint, config=config, strict=True
         )
+        # lerobot 0.6.0 does not say whether a policy continues rows
+        self._continues = getattr(self._policy, "supports_rtc", bool)()
+        if rtc and self._continues:
+            self._switch_on_rtc()
         self._before, self._after = make_pre_post_processors(
             config,
             pretrained_path=checkpoint,
@@ -127,6 +131,7 @@ class Loaded:
             "deltas": config.observation_delta_indices,
             "action_names": getattr(config, "action_feature_names", None) or [],  # pi0 and its kin
             "without_statistics": self._without_statistics(),
+            "rtc": self._continues,
         }
 
     def _without_statistics(self) -> list[str]:
@@ -150,7 +155,11 @@ class Loaded:
         self._torch.manual_seed(seed)
 
     def infer(self, asked: dict[str, Any], buffers: list[bytes]) -> tuple[list[int], bytes]:
-        """A chunk of rows, float32, from arrays as they are described in ``asked``."""
+        """A chunk of rows, float32, from arrays as they are described in ``asked``.
+
+        ``action`` is rows that act meanwhile, as they were answered: the processors bring them
+        into the policy's own numbers, as those of a dataset.
+        """
         import numpy as np
 
         torch = self._torch
@@ -160,9 +169,31 @@ class Loaded:
             if kind == "uint8":
                 tensor = tensor.movedim(-1, -3).to(torch.float32) / 255
             batch[name] = tensor[None]
-        chunk = self._after(self._policy.predict_action_chunk(self._before(batch)))
+        seen = self._before(batch)
+        more = self._meanwhile(seen.pop("action", None)) if self._rtc else {}
+        chunk = self._after(self._policy.predict_action_chunk(seen, **more))
         rows = chunk[0].to("cpu", torch.float32).contiguous().numpy()
         return list(rows.shape), rows.tobytes()
+
+    def _switch_on_rtc(self) -> None:
+        from lerobot.policies.rtc.configuration_rtc import RTCConfig
+
+        config = self._config
+        if getattr(config, "rtc_config", None) is None:
+            # a horizon of all rows: those that are given count in full
+            rows = getattr(config, "chunk_size", RTCConfig.execution_horizon)
+            config.rtc_config = RTCConfig(execution_horizon=rows)
+        config.rtc_config.enabled = True
+        if hasattr(self._policy, "init_rtc_processor"):
+            self._policy.init_rtc_processor()
+
+    def _meanwhile(self, prefix: Any) -> dict[str, Any]:
+        if prefix is None:
+            return {"inference_delay": 0, "prev_chunk_left_over": None}
+        count = prefix.shape[1]
+        if getattr(self._config.rtc_config, "mode", "guided") == "trained":
+            count = min(count, self._config.rtc_training_max_delay)
+        return {"inference_delay": count, "prev_chunk_left_over": prefix[0, :count]}
 
 
 def _shapes(features: dict[str, Any]) -> dict[str, list[int]]:

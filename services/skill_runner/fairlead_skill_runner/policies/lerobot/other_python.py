@@ -46,13 +46,13 @@ class OtherPython:
                 ) from None
             self._pipe = ours.makefile("rwb")
 
-    def load(self, checkpoint: Path, device: str | None, threads: int) -> dict[str, Any]:
+    def load(self, checkpoint: Path, device: str | None, threads: int, rtc: bool) -> dict[str, Any]:
         """What the checkpoint says of itself; see `lerobot_side.Loaded.told`.
 
         Raises:
             PolicyError: it cannot be loaded there.
         """
-        asked = {"load": str(checkpoint), "device": device, "threads": threads}
+        asked = {"load": str(checkpoint), "device": device, "threads": threads, "rtc": rtc}
         return self._ask("loading", asked)[0]
 
     def reset(self, seed: int) -> None:
@@ -65,6 +65,8 @@ class OtherPython:
 
     def infer(self, prompt: str, arrays: Mapping[str, npt.NDArray[Any]]) -> npt.NDArray[np.float32]:
         """A chunk; the arrays are float32, or pictures in uint8 with the colours last.
+
+        One may be ``action``, rows ``[n, dim]`` of earlier chunks that act meanwhile.
 
         Raises:
             PolicyError: the policy fails there.

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
@@ -38,6 +39,7 @@ class LerobotOptions(BaseModel):
         device: as PyTorch names it; None: as the checkpoint says, where it is there.
         seed: of what a policy draws; each episode begins with it.
         threads: of PyTorch on the CPU; their number decides over the last bits of an answer.
+        rtc: real-time chunking: the policy gets `Observation.prefix`, and its chunks go on from it.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -48,15 +50,21 @@ class LerobotOptions(BaseModel):
     device: str | None = None
     seed: int = Field(default=0, ge=0, lt=2**63)
     threads: int = Field(default=1, ge=1, le=1024)
+    rtc: bool = False
 
 
 class LerobotPolicy:
-    """The chunk of rows that lerobot predicts, between the checkpoint's own processors."""
+    """The chunk of rows that lerobot predicts, between the checkpoint's own processors.
+
+    Attributes:
+        continues_rows: its answers go on from `Observation.prefix`.
+    """
 
     takes_states = True
 
     def __init__(self, skill: SkillManifest, options: LerobotOptions) -> None:
         self._skill, self._options = skill, options
+        self.continues_rows = options.rtc
         folder = rskill_dir(skill.id)
         self._checkpoint = folder / Path(options.checkpoint).expanduser()
         if options.dataset is not None:
@@ -84,7 +92,8 @@ class LerobotPolicy:
         Raises:
             PolicyError: if it fails or says anything else.
         """
-        return self._checked(self._chunk(observation))
+        prefix = observation.prefix() if self._options.rtc else None
+        return self._checked(self._chunk(observation, prefix))
 
     def reset(self) -> None:
         """An episode begins; a checkpoint that has changed since is loaded anew.
@@ -106,8 +115,12 @@ class LerobotPolicy:
         self._other = OtherPython(Path(self._options.python).expanduser())
         try:
             options = self._options
-            told = self._other.load(self._checkpoint, options.device, options.threads)
+            told = self._other.load(self._checkpoint, options.device, options.threads, options.rtc)
             check_told(self._skill, self._checkpoint, told)
+            if options.rtc and not told["rtc"]:
+                wanted = "a policy with real-time chunking, or no rtc"
+                got = f"{told['type']} of lerobot {told['lerobot']}"
+                raise ConfigError(expected(f"{WHO}: rtc", wanted, got))
             self._names = feature_names(self._skill, told["inputs"])
             self._in_time = told["deltas"] is not None  # its arrays have an axis of frames
             self._probe(f"{told['type']} by lerobot {told['lerobot']} on {told['device']}")
@@ -127,15 +140,21 @@ class LerobotPolicy:
         cut = len(chunk) > skill.horizon
         used = f", of which the first {skill.horizon} are used" if cut else ""
         say(WHO, f"{what}: chunks of {len(chunk)} rows{used}; the first took {took_s:.2f} s")
+        if self._options.rtc:
+            again = self._checked(self._chunk(warm_up_observation(skill), chunk[:1]))
+            apart = np.abs(again[0] - chunk[0]).max()
+            say(WHO, f"it goes on from a prefix of one row within {apart:.2g} of it")
 
     def _checked(self, chunk: Actions) -> Actions:
         horizon = self._skill.horizon
         dim = self._skill.action_contract.dim
         return float_rows(WHO, "actions", chunk[:horizon], dim, horizon)
 
-    def _chunk(self, observation: Observation) -> Actions:
+    def _chunk(self, observation: Observation, prefix: Actions | None = None) -> Actions:
         arrays: dict[str, npt.NDArray[Any]] = {STATE: observation.states.astype("<f4")}
         arrays |= {its: observation.frames_of(ours) for ours, its in self._names.items()}
         if not self._in_time:
             arrays = {name: frames[-1] for name, frames in arrays.items()}
+        if prefix is not None and len(prefix):
+            arrays["action"] = prefix
         return self._other.infer(observation.prompt, arrays)

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from typing import Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, JsonValue
+from pydantic import JsonValue
 
-from fairlead.errors import ConfigError, PolicyError, expected
-from fairlead.policy import Actions, Observation, ServerAddress
+from fairlead.errors import PolicyError, expected
+from fairlead.policy import Actions, Observation
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.action_rows import float_rows
 from fairlead_skill_runner.policies.remote.modality_check import modality_problems
@@ -20,50 +20,36 @@ from fairlead_skill_runner.policies.remote.modality_config import (
     ServerConfig,
     read_config,
 )
+from fairlead_skill_runner.policies.remote.rldx_options import (
+    ADDRESS,
+    RldxOptions,
+    check_rldx_options,
+)
 from fairlead_skill_runner.policies.remote.served_policy import (
-    RemoteOptions,
-    check_remote_options,
     output_of,
     say,
     warm_up_observation,
 )
-from fairlead_skill_runner.policies.remote.zmq_link import WHO, ZmqLink
+from fairlead_skill_runner.policies.remote.zmq_link import WHO, ServerError, ZmqLink
 
-ADDRESS = ServerAddress(r"^tcp://[^/\s:]+:\d+$", "tcp://127.0.0.1:5555")
-
-
-class NamedAction(BaseModel):
-    """One of the server's outputs."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    name: str
-    width: int = Field(gt=0)
-
-
-class RldxOptions(RemoteOptions):
-    """How state and actions are called on the wire.
-
-    Attributes:
-        language_key: of the prompt.
-        state: name -> first and last index in the layout's vector, both included.
-        actions: names in the order of the action vector.
-    """
-
-    address: str = Field(pattern=ADDRESS.pattern)
-    language_key: str
-    state: dict[str, tuple[int, int]] = Field(min_length=1)
-    actions: tuple[NamedAction, ...] = Field(min_length=1)
+_PREFIX = "action_prefix"
+_TOO_WIDE = np.zeros((1, 4096), np.float32)
 
 
 class RldxZmqPolicy:
-    """Asks the server and puts its named outputs in order."""
+    """Asks the server and puts its named outputs in order.
+
+    Attributes:
+        continues_rows: its answers go on from `Observation.prefix`.
+    """
 
     def __init__(self, skill: SkillManifest, options: RldxOptions) -> None:
         self._skill, self._options = skill, options
         self._link = ZmqLink(skill, options)
         self._session, self._first = secrets.token_hex(8), True
         self._server = ServerConfig(Dialect.CLASS, {})
+        self._reads_prefix = False
+        self.continues_rows = options.rtc
 
     server_address = ADDRESS
 
@@ -105,18 +91,54 @@ class RldxZmqPolicy:
     def _warm_up(self) -> None:
         try:
             self._check_config()
+            begun_s = time.monotonic()
+            rows = self._probe(warm_up_observation(self._skill))
+            told = ", ".join(self._server.modalities) or "nothing"
+            say(
+                WHO,
+                f"{self._options.address} speaks as {self._server.dialect.value}; it tells of its "
+                f"modalities: {told}; asked with a probe observation it gave {list(rows.shape)} "
+                f"after {time.monotonic() - begun_s:.2f} s",
+            )
+            self._check_rtc(rows)
         except PolicyError:
             self._link.close()
             raise
-        begun_s = time.monotonic()
-        rows = self._act(warm_up_observation(self._skill), self._options.warm_up_timeout_s)
-        told = ", ".join(self._server.modalities) or "nothing"
-        say(
-            WHO,
-            f"{self._options.address} speaks as {self._server.dialect.value}; it tells of its "
-            f"modalities: {told}; asked with a probe observation it gave {list(rows.shape)} after "
-            f"{time.monotonic() - begun_s:.2f} s",
-        )
+
+    def _probe(self, seen: Observation) -> Actions:
+        """The rows for an observation. Also learns whether the server reads a prefix.
+
+        Nothing that servers tell says it; but one that does refuses rows wider than its model's.
+        """
+        timeout_s, self._reads_prefix = self._options.warm_up_timeout_s, False
+        try:
+            return self._act(seen, timeout_s, _TOO_WIDE)
+        except ServerError as error:
+            if _PREFIX not in error.said:
+                raise
+        self._reads_prefix = True
+        return self._act(seen, timeout_s, self._prefix(seen))
+
+    def _check_rtc(self, rows: Actions) -> None:
+        """With ``rtc`` a server must go on from rows that it is given: the probe's first one."""
+        address = self._options.address
+        if not self._options.rtc:
+            if self._reads_prefix:
+                # else it goes on from its own last answer, whatever the gate released of it
+                say(WHO, f"{address}: every request switches its real-time chunking off: no rtc")
+            return
+        if not self._reads_prefix:
+            raise PolicyError(
+                f"{WHO}: rtc: {address} takes no prefix: start RLDX-1's server with "
+                "--rtc-inference-mode and --rtc-inference-delay, or leave rtc out"
+            )
+        if "action" not in self._server.modalities:
+            wanted = "a server that tells the order of its actions"
+            raise PolicyError(expected(f"{WHO}: rtc", wanted, "none told"))
+        prefix, seen = self._in_its_order(rows[:1]), warm_up_observation(self._skill)
+        again = self._act(seen, self._options.warm_up_timeout_s, prefix)
+        apart = np.abs(self._in_its_order(again[:1]) - prefix).max()
+        say(WHO, f"{address} goes on from a prefix of one row within {apart:.2g} of it")
 
     def _check_config(self) -> None:
         self._link.arrays = "npy"
@@ -143,15 +165,37 @@ class RldxZmqPolicy:
         Raises:
             PolicyError: if it fails, is late, goes away or answers anything else.
         """
-        return self._act(observation, self._options.answer_timeout_s)
+        prefix = self._prefix(observation) if self._reads_prefix else None
+        return self._act(observation, self._options.answer_timeout_s, prefix)
 
-    def _act(self, observation: Observation, timeout_s: float) -> Actions:
+    def _prefix(self, observation: Observation) -> Actions:
+        """``[n, dim]``; of no rows without ``rtc``, which switches it off."""
+        rows = observation.prefix() if self._options.rtc else np.zeros((0, 0), np.float32)
+        return self._in_its_order(rows.reshape(-1, self._skill.action_contract.dim))
+
+    def _in_its_order(self, rows: Actions) -> Actions:
+        """Rows with the server's columns: it has an order of its own, and tells it."""
+        starts = np.cumsum([0, *(action.width for action in self._options.actions)])
+        columns = {
+            action.name: np.arange(start, start + action.width)
+            for action, start in zip(self._options.actions, starts[:-1], strict=True)
+        }
+        told = self._server.modalities.get("action")
+        names = columns if told is None else told.modality_keys
+        ordered: Actions = rows[:, np.concatenate([columns[name] for name in names])]
+        return ordered
+
+    def _act(self, observation: Observation, timeout_s: float, prefix: Actions | None) -> Actions:
+        """prefix: ``[n, width]`` in the server's units and order; None: not a word of it."""
         data: dict[str, object] = self._flat(observation)
         if self._server.dialect is not Dialect.N1_5:
             options = {"session_ids": [self._session], "reset_memory": [self._first]}
+            if prefix is not None:
+                options |= {_PREFIX: prefix[None], "rtc_prefix_len": len(prefix)}
             data = {"observation": data, "options": options}
         try:
-            reply = self._link.call({"endpoint": "get_action", "data": data}, timeout_s)
+            request = {"endpoint": "get_action", "data": data}
+            reply = self._link.call(request, timeout_s, keep=_PREFIX)
         except TimeoutError as error:
             raise PolicyError(f"{WHO}: {self._options.address}: {error}") from None
         self._first = False
@@ -200,36 +244,3 @@ class RldxZmqPolicy:
             lengths = ", ".join(str(len(block)) for block in blocks)
             raise PolicyError(expected(WHO, "as many rows of every action", lengths))
         return np.concatenate(blocks, axis=1)
-
-
-def check_rldx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> RldxOptions:
-    """The options of an RLDX policy.
-
-    Raises:
-        ConfigError: for options that do not fit, alone or with the skill's contracts.
-    """
-    checked = check_remote_options(WHO, RldxOptions, options, skill)
-    _check_widths(checked, skill)
-    for name, spec in skill.images.items():
-        if not spec.is_plain:
-            got = f"{spec.dtype}, {spec.axes}"
-            raise ConfigError(expected(f"{WHO}: images.{name}", "dtype uint8, axes hwc", got))
-    return checked
-
-
-def _check_widths(options: RldxOptions, skill: SkillManifest) -> None:
-    """State and actions must be the skill's contracts, no more and no less."""
-    names = [action.name for action in options.actions]
-    if len(set(names)) < len(names):
-        raise ConfigError(expected(f"{WHO}: actions", "each name once", names))
-    width = sum(action.width for action in options.actions)
-    if width != skill.action_contract.dim:
-        raise ConfigError(
-            expected(f"{WHO}: actions", f"{skill.action_contract.dim} numbers in all", width)
-        )
-    indices = sorted(i for first, last in options.state.values() for i in range(first, last + 1))
-    dim = skill.state_contract.dim
-    if indices != list(range(dim)):
-        raise ConfigError(
-            expected(f"{WHO}: state", f"every index of 0..{dim - 1} once", f"indices {indices}")
-        )

@@ -109,7 +109,7 @@ class ZmqLink:
         """One exchange; after a failure there is no socket any more.
 
         Args:
-            keep: the beginning of an error after which there is.
+            keep: words of an error after which there is.
 
         Raises:
             ServerError: for an answer that is an error.
@@ -134,7 +134,7 @@ class ZmqLink:
             raise PolicyError(f"{WHO}: {self._options.address}: the link was lost meanwhile")
         if isinstance(reply, dict) and "error" in reply:
             failed = ServerError(self._options, str(reply["error"]))
-            if not failed.said.startswith(keep):
+            if keep not in failed.said:
                 self.close()
             raise failed
         return reply
