@@ -26,7 +26,7 @@ from fairlead.hal.lease_follower import LeaseFollower
 from fairlead.hal.period_clock import PeriodClock
 from fairlead.hal.process import Equipment, run_hal
 from fairlead.hal.stop_register import StopRegister
-from fairlead.messages import FloatArray, HalPart, SafeChunk, floats, pack_floats
+from fairlead.messages import FloatArray, HalPart, Lease, SafeChunk, floats, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.service import ServiceContext, run_service
@@ -189,12 +189,18 @@ def _left_epoch(self: LeaseFollower, epoch: int) -> bool:
     return False
 
 
-_take_chunk, _grant, _start_tick = (
+_take_chunk, _grant, _offer, _start_tick = (
     HalCore.on_safe_chunk,
     LeaseFollower.grant,
+    LeaseFollower.offer,
     PeriodClock.start_tick,
 )
 _run_tick, _commands, _LATE = HalHost._run_tick, ReleasedChunk.commands, cycle(UNEVEN)
+
+
+def _any_lease(self: LeaseFollower, lease: Lease, now_ns: int) -> str:
+    self._left_epochs.clear()
+    return _offer(self, lease, now_ns)
 
 
 def _any_epoch(self: LeaseFollower, claim_id: int, epoch: int, tick: int) -> Any:
@@ -235,6 +241,7 @@ _HOSTS: dict[str, list[tuple[Any, str, Any]]] = {
         (LeaseFollower, "has_left", _left_epoch),
         (LeaseFollower, "grant", _any_epoch),
     ],
+    "follows leases of an earlier epoch": [(LeaseFollower, "offer", _any_lease)],
     "takes rows of the past": [(HalCore, "on_safe_chunk", _from_now_on)],
     "ticks too slowly": [(PeriodClock, "start_tick", _slow)],
     "ticks unevenly": [(PeriodClock, "start_tick", _uneven)],

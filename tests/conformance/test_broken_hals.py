@@ -35,6 +35,9 @@ FOUND_BY: dict[str, tuple[tuple[str, ...], set[str]]] = {
     "takes rows of an earlier epoch": (
         ("forged rows", "forged leases"), {"row of another epoch"},  # the others stop it
     ),
+    "follows leases of an earlier epoch": (
+        ("forged leases",), {"rows under: lease of an earlier epoch", "a second gate is noticed"},
+    ),
     "takes rows of the past": (("forged rows",), {"row of a chunk that began in the past"}),
     "goes on after SIGSTOP": (("pause",), {"resume after SIGSTOP"}),
     "old states": (("pause",), {"resume after SIGSTOP"}),

@@ -155,7 +155,8 @@ def forged_leases(stage: Stage) -> Iterator[Row]:
         ("no lease", lambda lease: None, 0),
         ("lease of another session", lambda one: _lease(one, session=one.session ^ OTHER), 0),
         ("lease sent before", _repeated(gate.lease()), 0),
-        ("lease of an earlier epoch", lambda lease: old, old.epoch),
+        ("lease that was sent in an earlier epoch", lambda lease: old, old.epoch),
+        ("lease of an earlier epoch", lambda one: _lease(one, epoch=old.epoch), old.epoch),
         ("lease of a gate that is not armed", lambda one: _lease(one, state=GateState.DISARMED), 0),
     ]
     for name, shape, epoch in shapes:
