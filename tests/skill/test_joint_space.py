@@ -114,7 +114,9 @@ def test_degrees_beside_a_scale_are_a_share_of_a_range_and_compared_with_it() ->
     assert routes[0].scale == (math.radians(30.0),) * 7
     assert declared_range_problems(routes, panda, 1) == []
     routes = resolve_routes(contract(dim=7, slots=[speed | {"scale": 300.0}]), panda)
-    assert "full-scale output is [-5.23599, 5.23599]" in declared_range_problems(routes, panda, 1)[0]
+    assert (
+        "full-scale output is [-5.23599, 5.23599]" in declared_range_problems(routes, panda, 1)[0]
+    )
 
 
 def test_scale_of_one_degree_is_refused_and_told_the_unit() -> None:

@@ -140,8 +140,8 @@ def _words(excess: _Excess, indices: Sequence[int], ends: _Range) -> str:
     spread = f" in {ends.periods} control periods" if ends.periods > 1 else ""
     return (
         f"{values}: full-scale output is [{low:g}, {high:g}], the {ends.who} takes "
-        f"[{excess.taken[0]:g}, {excess.taken[1]:g}]{spread}{excess.norm}; a policy's outputs are taken "
-        f"as full scale [-1, 1], which the slot's scale makes SI: {_fitting(*excess.taken)}"
+        f"[{excess.taken[0]:g}, {excess.taken[1]:g}]{spread}{excess.norm}; a policy's outputs are "
+        f"taken as full scale [-1, 1], which the slot's scale makes SI: {_fitting(*excess.taken)}"
         f"{_degrees_words(low, high)}"
     )
 

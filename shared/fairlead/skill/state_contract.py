@@ -18,6 +18,7 @@ from fairlead.layout import Layout, load_layout
 from fairlead.plugins import LAYOUTS
 from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.deltas import NOW, Deltas
+from fairlead.skill.scales import Numbers, scale_problems, spread
 
 Quantity = Literal["position", "velocity"]
 JointUnit = Literal["rad", "deg", "m", "rad/s", "deg/s", "m/s"]
@@ -36,6 +37,8 @@ class JointField(BaseModel):
         names: the robot's joints, commanded or only measured (fingers), in the policy's order.
         quantity: what of them.
         unit: of the policy's numbers.
+        scale, offset: as a slot's, for numbers in no unit: value in the unit = scale * number +
+            offset; one number, or one per joint.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -43,21 +46,35 @@ class JointField(BaseModel):
     names: tuple[str, ...] = Field(min_length=1)
     quantity: Quantity
     unit: JointUnit
+    # Left out where they are not given, the hash of a skill stays what it was.
+    scale: Numbers | None = Field(default=None, exclude_if=lambda scale: scale is None)
+    offset: Numbers | None = Field(default=None, exclude_if=lambda offset: offset is None)
 
     @model_validator(mode="after")
-    def _check_unit(self) -> Self:
+    def _check(self) -> Self:
         valid = UNITS[self.quantity]
         if self.unit not in valid:
             raise ValueError(
                 f"unit: expected one of a {self.quantity}, got {self.unit!r} "
                 f"(valid: {', '.join(valid)})"
             )
+        given = {"scale": self.scale, "offset": self.offset}
+        if problems := scale_problems(given, len(self.names)):
+            raise ValueError("\n".join(problems))
         return self
 
     @property
-    def per_si(self) -> float:
-        """What one SI unit (rad or m, per second or not) is in this unit."""
-        return 180.0 / math.pi if self.unit.startswith("deg") else 1.0
+    def in_units(self) -> bool:
+        """Whether the policy's numbers are the unit's own."""
+        return self.scale is None and self.offset is None
+
+    def numbers(self, measured: Sequence[float]) -> list[float]:
+        """The policy's numbers of what the joints measure, in SI (rad or m, per second or not)."""
+        per_si = 180.0 / math.pi if self.unit.startswith("deg") else 1.0
+        scales = spread(self.scale, 1.0, len(self.names))
+        offsets = spread(self.offset, 0.0, len(self.names))
+        given = zip(measured, scales, offsets, strict=True)
+        return [(per_si * value - offset) / scale for value, scale, offset in given]
 
     def units_of(self, joint_type: str) -> tuple[JointUnit, ...]:
         """Units of this quantity for joints that slide (``prismatic``), or turn."""
