@@ -17,7 +17,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.paths import deployment_path
 from fairlead.policy import Actions, Done, Failed, Observation, Policy
-from fairlead.skill.manifest import load_skill, read_skill
+from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_tools.learn.dataset import episodes
 from fairlead_tools.learn.record import Teacher, record
@@ -112,6 +112,33 @@ def test_a_recording_sees_and_does_what_a_policy_in_one_process_does_bit_for_bit
     red = (eye[..., 0] > 100) & (eye[..., 1] < 90)
     assert (red.sum((1, 2)) > 10).all(), "the cube is in sight"
     assert (eye[0] != eye[-1]).any()
+
+
+def seeing(contrast_min: float) -> SkillManifest:
+    eye = CLONE.images["eye"].model_copy(update={"contrast_min": contrast_min})
+    return CLONE.model_copy(update={"images": {"eye": eye}})
+
+
+@renders
+@pytest.mark.simulator
+@pytest.mark.processes
+def test_a_recording_ends_at_the_first_frame_that_does_not_count_and_says_so() -> None:
+    """Deployed, the goal waits there: an older picture is none of this tick."""
+    teacher = Teacher(EXPERT, 1.0)
+    [one] = record(DEPLOYMENT, CLONE, [SEED], 0.0, 8, lambda seed, tick: None, teacher)
+    contrasts = one.pictures["eye"].std(axis=(1, 2)).max(axis=1)
+    limit = float(contrasts[4] + contrasts[3]) / 2
+    assert (contrasts[:4] > limit).all() and contrasts[4] < limit
+    lacking = "image eye from camera robot0_eye_in_hand: 1 pictures of one colour came since"
+    for contrast_min, tick in ((limit, 5), (127.5, 1)):
+        with pytest.raises(ConfigError) as caught:
+            next(record(DEPLOYMENT, seeing(contrast_min), [SEED], 0.0, 8, lambda *_: None, teacher))
+        assert str(caught.value) == (
+            f"skill bc-reach-cube: tick {tick}: nothing to go by: {lacking} (contrast_min)"
+        )
+    with closing(LocalEpisode(DEPLOYMENT, seeing(127.5), SEED, RESET)) as local:
+        with pytest.raises(ConfigError, match="tick 2: nothing to go by: image eye from camera"):
+            local.act()
 
 
 class _Blind:
