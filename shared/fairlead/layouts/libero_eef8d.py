@@ -40,6 +40,7 @@ LAYOUT = Layout(
     dim=8,
     assemble=assemble,
     required=("eef_frame", "world_frame", "gripper_qpos_joints"),
+    optional=("eef_rotation_frame", "quaternion_signs"),
     example=StateContractBindings(
         eef_frame="grip_site",
         eef_rotation_frame="panda_hand",

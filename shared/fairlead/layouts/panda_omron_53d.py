@@ -49,6 +49,7 @@ LAYOUT = Layout(
     dim=53,
     assemble=assemble,
     required=human300_16d.LAYOUT.required,
+    optional=human300_16d.LAYOUT.optional,
     joint_names=tuple(f"panda_joint{number}" for number in range(1, 8)),
     example=human300_16d.LAYOUT.example,
     fields=(

@@ -166,12 +166,16 @@ def _unread(name: str, layout: Layout, bindings: StateContractBindings) -> list[
     if named not in (0, wanted):
         other = "" if not wanted else "; joints in any number: state_contract.joints"
         problems.append(f"joint_names: expected {wanted} for layout {name}, got {named}{other}")
-    reads_gripper = layout.gripper_qpos_joints or "gripper_qpos_joints" in layout.required
-    if bindings.gripper_qpos_joints and not reads_gripper:
-        problems.append(f"gripper_qpos_joints: layout {name} reads none")
+    read = layout.read
+    given = bindings.model_dump(exclude_defaults=True)
+    problems += [
+        f"{binding}: layout {name} reads none (valid: {', '.join(read) or 'none'})"
+        for binding, value in given.items()
+        if value and binding not in (*read, "joint_names")
+    ]
     problems += [
         f"quaternion_signs: layout {name} has no rotation of {frame}"
         for frame in bindings.quaternion_signs
-        if frame not in layout.required
+        if "quaternion_signs" in read and frame not in layout.required
     ]
     return problems
