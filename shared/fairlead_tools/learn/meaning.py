@@ -34,10 +34,10 @@ def differences(wanted: Any, got: Any, where: str = "") -> Iterator[str]:
     """Where two of them differ, in words."""
     if isinstance(wanted, dict) and isinstance(got, dict):
         for key in sorted({*wanted, *got}):
-            pair = (one.get(key, "nothing") for one in (wanted, got))
-            yield from differences(*pair, f"{where}.{key}" if where else key)
+            below = f"{where}.{key}" if where else key
+            yield from differences(wanted.get(key, "nothing"), got.get(key, "nothing"), below)
     elif isinstance(wanted, list) and isinstance(got, list) and len(wanted) == len(got):
-        for index, pair in enumerate(zip(wanted, got, strict=True)):
-            yield from differences(*pair, f"{where}.{index}")
+        for index, (one, other) in enumerate(zip(wanted, got, strict=True)):
+            yield from differences(one, other, f"{where}.{index}")
     elif wanted != got:
         yield expected(where, wanted, got)
