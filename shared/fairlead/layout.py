@@ -52,13 +52,17 @@ class LayoutInputs(Protocol):
     def position3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """Where ``child`` is in ``parent``: shape ``[3]`` [m]."""
 
-    def quaternion4(
-        self, parent: ParentBinding, child: PoseBinding, sign: QuaternionSign | None = None
-    ) -> FloatArray:
-        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion.
+    def quaternion4(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
+        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion."""
+
+    def driven_quaternion4(self, child: PoseBinding, sign: QuaternionSign) -> FloatArray:
+        """How ``child`` is turned in ``world_frame``: shape ``[4]``, unit quaternion.
+
+        Its sign is the product's of odom in the world (w >= 0), the base in odom (w >= 0) and
+        ``child`` in the base: it stays as the base turns, as a simulator's does.
 
         Args:
-            sign: instead of the one bound for ``child``.
+            sign: of ``child`` in the base.
         """
 
     def axis_angle3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:

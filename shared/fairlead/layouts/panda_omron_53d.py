@@ -22,6 +22,9 @@ def assemble(at: LayoutInputs) -> FloatArray:
     [46:53]  the arm's velocities         rad/s  likewise
     ======== ============================ ====== =====================================
 
+    The sign of the effector's rotation in the world is robosuite's, unless the base has turned
+    half round since the episode began, or the hand points up.
+
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
     """
@@ -31,7 +34,7 @@ def assemble(at: LayoutInputs) -> FloatArray:
             np.roll(robot, 2),
             at.gripper_velocities2(),
             at.position3("world_frame", "eef_frame"),
-            at.quaternion4("world_frame", "eef_frame", "+x"),
+            at.driven_quaternion4("eef_frame", "+x"),  # x > 0 while the hand points down
             joints,
             np.cos(joints),
             np.sin(joints),
