@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from fairlead.layout import Layout, LayoutField, LayoutInputs
+from fairlead.layout import LayoutField, LayoutInputs
 from fairlead.layouts import human300_16d
 from fairlead.messages import FloatArray
 
@@ -21,9 +23,6 @@ def assemble(at: LayoutInputs) -> FloatArray:
     [25:46]  arm, its cosines and sines   rad, 1 ``joint_names``
     [46:53]  the arm's velocities         rad/s  likewise
     ======== ============================ ====== =====================================
-
-    The sign of the effector's rotation in the world is robosuite's, unless the base has turned
-    half round since the episode began, or the hand points up.
 
     Raises:
         LayoutError: for a frame or joint that is missing or too old.
@@ -44,17 +43,14 @@ def assemble(at: LayoutInputs) -> FloatArray:
 
 
 _BASE, _EEF = ("world_frame", "base_frame"), ("eef_frame", "base_frame")
-_JOINTS, _FINGERS = ("joint_names",), ("gripper_qpos_joints",)
-_ROTATION = "eef_rotation_frame"
+_JOINTS, _FINGERS, _ROTATION = ("joint_names",), ("gripper_qpos_joints",), "eef_rotation_frame"
 
-LAYOUT = Layout(
+LAYOUT = replace(
+    human300_16d.LAYOUT,
     content="state inputs of GR00T's robocasa_panda_omron: poses, fingers, arm joints, velocities",
     dim=53,
     assemble=assemble,
-    required=human300_16d.LAYOUT.required,
-    optional=human300_16d.LAYOUT.optional,
     joint_names=tuple(f"panda_joint{number}" for number in range(1, 8)),
-    example=human300_16d.LAYOUT.example,
     fields=(
         LayoutField("gripper", "gripper", 0, _FINGERS),
         LayoutField("world_to_base position", "position", 9, _BASE),
@@ -70,4 +66,4 @@ LAYOUT = Layout(
         LayoutField("arm joints' velocities", "joint velocities", 46, _JOINTS),
     ),
 )
-"""Unbound it reads Franka's own joints. The rest is what robosuite's PandaOmron reports."""
+"""As robosuite's PandaOmron says it; signs while the hand is down, the base within half a turn."""
