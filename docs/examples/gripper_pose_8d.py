@@ -36,6 +36,7 @@ LAYOUT = Layout(
     dim=8,
     assemble=assemble,
     required=("eef_frame", "base_frame", "gripper_qpos_joints"),
+    optional=("eef_rotation_frame", "quaternion_convention", "quaternion_signs"),
     example=StateContractBindings(
         eef_frame="grip_site",
         base_frame="base_link",

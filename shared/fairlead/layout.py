@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.plugins import LAYOUTS
 from fairlead.skill.bindings import PoseBinding, QuaternionSign, StateContractBindings
@@ -52,13 +52,17 @@ class LayoutInputs(Protocol):
     def position3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """Where ``child`` is in ``parent``: shape ``[3]`` [m]."""
 
-    def quaternion4(
-        self, parent: ParentBinding, child: PoseBinding, sign: QuaternionSign | None = None
-    ) -> FloatArray:
-        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion.
+    def quaternion4(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
+        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion."""
+
+    def driven_quaternion4(self, child: PoseBinding, sign: QuaternionSign) -> FloatArray:
+        """How ``child`` is turned in ``world_frame``: shape ``[4]``, unit quaternion.
+
+        Its sign is the product's of odom in the world (w >= 0), the base in odom (w >= 0) and
+        ``child`` in the base: it stays as the base turns, as a simulator's does.
 
         Args:
-            sign: instead of the one bound for ``child``.
+            sign: of ``child`` in the base.
         """
 
     def axis_angle3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
@@ -122,6 +126,7 @@ class Layout:
         assemble: the vector of one tick, float64, shape ``[dim]``; raises `LayoutError`.
         example: bindings to start from.
         required: binding fields it cannot do without.
+        optional: those it reads beside them and its joints; all others are refused.
         joint_names: joints of a joint-space layout unless the bindings name others.
         gripper_qpos_joints: likewise its fingers.
         fields: what ``fairlead layout verify`` compares with the simulator.
@@ -132,6 +137,7 @@ class Layout:
     assemble: Callable[[LayoutInputs], FloatArray] | None
     example: StateContractBindings = field(default_factory=StateContractBindings)
     required: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
     joint_names: tuple[str, ...] = ()
     gripper_qpos_joints: tuple[str, ...] = ()
     fields: tuple[LayoutField, ...] = ()
@@ -147,6 +153,13 @@ class Layout:
     def missing(self, bindings: StateContractBindings) -> list[str]:
         """Every field it needs that ``bindings`` leaves empty, in its order."""
         return [name for name in self.required if not getattr(bindings, name)]
+
+    @property
+    def read(self) -> tuple[str, ...]:
+        """Every binding field it looks at."""
+        joints = ("joint_names", "gripper_qpos_joints")
+        own = (name for name in joints if getattr(self, name) and name not in self.required)
+        return (*self.required, *self.optional, *own)
 
 
 def load_layout(name: str, who: str = "") -> Layout:
@@ -167,6 +180,10 @@ def load_layout(name: str, who: str = "") -> Layout:
         raise plugin.refuse("a fairlead.layout.Layout", found)
     if (found.dim is None) != (found.assemble is None):
         raise ConfigError(f"{plugin.who}: expected dim and assemble, or neither of them")
+    fields = tuple(StateContractBindings.model_fields)
+    if unknown := [one for one in (*found.required, *found.optional) if one not in fields]:
+        what = f"{plugin.who}: required and optional"
+        raise ConfigError(expected(what, "binding fields", ", ".join(unknown), fields))
     return _loaded.setdefault(name, found)
 
 

@@ -45,6 +45,11 @@ class ControlMode(IntEnum):
         return self in _TOOL_MODES
 
     @property
+    def adds_up(self) -> bool:
+        """True where a row is a way to go: a slower policy's is divided among control periods."""
+        return self is ControlMode.CARTESIAN_DELTA
+
+    @property
     def is_gripper_mode(self) -> bool:
         """True where the one number says how far a gripper is open, or whether it is."""
         return self in (ControlMode.GRIPPER_BINARY, ControlMode.GRIPPER_POSITION)

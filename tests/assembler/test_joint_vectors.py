@@ -32,7 +32,7 @@ def field(names: list[str], unit: str) -> dict[str, Any]:
     [
         ("panda", [field(PANDA[4::-1], "rad")]),
         ("panda", [field(PANDA[:6], "deg"), field(["panda_gripper"], "m")]),
-        ("panda", [field(PANDA, "deg"), field(PANDA, "deg/s")]),
+        ("panda", [field(PANDA, "deg"), field(PANDA, "deg/s") | {"scale": 0.5}]),
         ("dual_panda", [field(BOTH, "rad"), field(["left_gripper"], "m/s")]),
         ("panda_mobile", [
             field(["base_x", "base_y"], "m"), field(["base_yaw", *PANDA], "rad"),
@@ -61,6 +61,7 @@ def test_vector_has_the_named_joints_in_order_and_unit_and_needs_no_transform(
     wanted = [
         measured[one["quantity"]][robot.measured_joint_names.index(name)]
         * (180.0 / math.pi if one["unit"].startswith("deg") else 1.0)
+        / one.get("scale", 1.0)
         for one in fields
         for name in one["names"]
     ]

@@ -206,3 +206,43 @@ def test_any_joint_that_is_gone_is_an_error_naming_it(layout: str, data: st.Data
     with pytest.raises(LayoutError) as error:
         assemble_state(layout, bindings, left, view)
     assert (error.value.kind, error.value.name) == ("missing_joint", gone)
+
+
+@pytest.mark.parametrize("layout", ASSEMBLED)
+def test_a_binding_changes_the_vector_exactly_if_the_layout_says_that_it_reads_it(
+    layout: str,
+) -> None:
+    """What it does not read is refused in a skill: what it reads must not be."""
+    turns = [np.array([0.1 + i, 0.2, -0.3 * i, 0.5]) for i in range(7)]
+    tree = {
+        frame: pose_from("any", [i, 2 * i, 1], turn / np.linalg.norm(turn))
+        for i, (frame, turn) in enumerate(zip([*FRAMES, "elsewhere"], turns, strict=True))
+    }
+    fingers, own = ("panda_finger_joint1", "panda_finger_joint2"), LAYOUTS[layout].joint_names
+    bound = StateContractBindings(
+        eef_frame="grip_site", eef_rotation_frame="panda_hand", base_frame="base_site",
+        object_frame="object", goal_frame="goal", gripper_qpos_joints=fingers, joint_names=own,
+    )  # fmt: skip
+    changes = dict.fromkeys(
+        [name for name in StateContractBindings.model_fields if name.endswith("_frame")],
+        "elsewhere",
+    ) | {
+        "gripper_qpos_joints": fingers[::-1],
+        "joint_names": own[::-1],
+        "quaternion_convention": "wxyz",
+        "quaternion_signs": dict.fromkeys(
+            ("eef_frame", "base_frame", "object_frame", "goal_frame"), "-w"
+        ),
+    }  # fmt: skip
+    assert changes.keys() == StateContractBindings.model_fields.keys()
+    buffer, joints = buffer_of(tree), measured([*own, *fingers])
+    before = assemble_state(layout, bound, joints, buffer.at(1))
+    changed = {
+        name
+        for name, value in changes.items()
+        if not np.array_equal(
+            before,
+            assemble_state(layout, bound.model_copy(update={name: value}), joints, buffer.at(1)),
+        )
+    }
+    assert changed == set(LAYOUTS[layout].read)

@@ -37,6 +37,7 @@ POSES = {
     ("base_site", "object"): pose_from("object", [0.6, 0.0, 0.1], [0.0, 0.0, 0.6, 0.8]),
     ("base_site", "goal"): pose_from("goal", [0.7, 0.3, 0.4], [0.0, 0.6, 0.0, -0.8]),
 }
+POSES["map", "odom"] = POSES["map", "base_site"] * POSES["odom", "base_site"].inverse()
 
 
 def test_human300_16d_is_eef_in_base_then_base_in_world_then_fingers() -> None:
@@ -158,11 +159,13 @@ def test_panda_omron_53d_is_human300_16d_with_fingers_first_then_what_gr00t_want
     names = [*(f"panda_joint{number}" for number in range(1, 8)), *BINDINGS.gripper_qpos_joints]
     q, v = np.arange(1.0, 8.0), np.arange(11.0, 18.0)
     joints = JointPositions.named(names, np.append(q, [0.02, -0.03]), np.append(v, [0.5, 0.6]))
-    values = assemble_state("panda_omron_53d", BINDINGS, joints, FixedTransforms(POSES))
+    hand = POSES["map", "base_site"] * POSES["base_site", "panda_hand"]
+    poses = FixedTransforms(POSES | {("map", "panda_hand"): hand})
+    values = assemble_state("panda_omron_53d", BINDINGS, joints, poses)
     human300 = assemble_state("human300_16d", BINDINGS, joints, FixedTransforms(POSES))
     assert np.array_equal(values[:16], np.concatenate((human300[14:], human300[:14])))
     assert values[16:18].tolist() == [0.5, 0.6]
-    assert np.allclose(values[18:25], [3.0, 2.0, 1.0, 0.8, 0.0, 0.0, -0.6], atol=1e-12), "x >= 0"
+    assert np.allclose(values[18:25], [3.0, 2.0, 1.0, 0.5, 0.5, 0.5, 0.5], atol=1e-12)
     assert np.allclose(values[25:], np.concatenate((q, np.cos(q), np.sin(q), v)), atol=1e-12)
 
 

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead_tools.learn.dataset import add, begin, episodes, read_header, same_kind
+from fairlead.skill.manifest import SkillManifest
+from fairlead_tools.learn.dataset import (
+    add,
+    begin,
+    episodes,
+    read_header,
+    require_skill,
+    same_kind,
+)
 from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
 
 
@@ -74,3 +85,89 @@ def test_datasets_of_different_layouts_do_not_go_together(tmp_path: Path) -> Non
     assert same_kind([one, one]).layout == "mobile_pick_30d"
     with pytest.raises(ConfigError, match="dataset .*b: expected one of .* got .*libero"):
         same_kind([one, other])
+
+
+def changed(change: Callable[[dict[str, Any]], None]) -> SkillManifest:
+    document = EXPERT.model_dump(mode="json", exclude_defaults=True)
+    change(document)
+    return SkillManifest.model_validate(document)
+
+
+def in_map(document: dict[str, Any]) -> None:
+    document["state_contract"]["bindings"]["world_frame"] = "map"
+
+
+def with_a_sign(document: dict[str, Any]) -> None:
+    document["state_contract"]["bindings"]["quaternion_signs"] = {"eef_frame": "+x"}
+
+
+def twice_as_fast(document: dict[str, Any]) -> None:
+    slot = document["action_contract"]["slots"][0]
+    slot["scale"] = [2 * one for one in slot["scale"]]
+
+
+def turned(document: dict[str, Any]) -> None:
+    eye = {"camera": "robot0_eye_in_hand", "width": 64, "height": 64}
+    document["images"] = {"eye": eye | {"transforms": [{"rotate_deg": 180}]}}
+
+
+def upright(document: dict[str, Any]) -> None:
+    turned(document)
+    del document["images"]["eye"]["transforms"]
+
+
+BOUND = "state_contract.bindings"
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "lines"),
+    [
+        (dict, in_map, [f"{BOUND}.world_frame: expected odom, got nothing"]),
+        (dict, with_a_sign,
+         [f"{BOUND}.quaternion_signs: expected nothing, got {{'eef_frame': '+x'}}"]),
+        (dict, twice_as_fast,
+         [f"slots.0.scale.{i}: expected 0.05, got 0.1" for i in range(3)]
+         + [f"slots.0.scale.{i}: expected 0.5, got 1.0" for i in range(3, 6)]),
+        (upright, turned,
+         ["images.eye.transforms: expected nothing, got [{'rotate_deg': 180}]"]),
+    ],
+)  # fmt: skip
+def test_datasets_whose_numbers_mean_others_do_not_go_together(
+    tmp_path: Path,
+    one: Callable[[dict[str, Any]], None],
+    other: Callable[[dict[str, Any]], None],
+    lines: list[str],
+) -> None:
+    folders = [tmp_path / "one", tmp_path / "other"]
+    for folder, change in zip(folders, (one, other), strict=True):
+        begin(folder, changed(change), "panda_mobile", 0.0)
+    with pytest.raises(ConfigError) as caught:
+        same_kind(folders)
+    assert str(caught.value).splitlines() == [
+        f"dataset {folders[1]}: its numbers mean others than those of dataset {folders[0]}:",
+        *(f"  {line}" for line in lines),
+    ]
+
+
+def test_a_clone_s_round_goes_together_with_its_expert_s(tmp_path: Path) -> None:
+    """Slots of a clone clip and decide, its policy is another, its rows are used one after one."""
+
+    def cloned(document: dict[str, Any]) -> None:
+        document |= {"id": "clone", "policy": {"backend": "onnx"}, "execute_steps": 1}
+        document["action_contract"]["slots"][0]["clip"] = [-1.0, 1.0]
+        document["action_contract"]["slots"][1]["threshold"] = 0.0
+
+    begin(tmp_path / "one", EXPERT, "panda_mobile", 0.0)
+    begin(tmp_path / "two", changed(cloned), "panda_mobile", 0.0)
+    assert same_kind([tmp_path / "one", tmp_path / "two"]).skill == EXPERT.id
+    require_skill(tmp_path / "two", EXPERT)
+
+
+def test_a_dataset_that_does_not_say_what_its_numbers_mean_teaches_nothing(tmp_path: Path) -> None:
+    file = drawn_dataset(tmp_path, drawn_episode(1)) / "dataset.json"
+    older = json.loads(file.read_text())
+    del older["meaning"]
+    file.write_text(json.dumps(older))
+    assert len(read_header(tmp_path).episodes) == 1
+    with pytest.raises(ConfigError, match="expected one that says what .* record it again"):
+        same_kind([tmp_path])

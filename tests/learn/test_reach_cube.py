@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.deployment import load_deployment
@@ -17,9 +18,9 @@ from fairlead.errors import ConfigError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.paths import deployment_path
 from fairlead.policy import Actions, Done, Failed, Observation, Policy
-from fairlead.skill.manifest import load_skill, read_skill
+from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
-from fairlead_tools.learn.dataset import episodes
+from fairlead_tools.learn.dataset import add, begin, episodes
 from fairlead_tools.learn.record import Teacher, record
 from fairlead_tools.learn.train_sight import SightRecipe, train_sight
 from fairlead_tools.parity import local_episode
@@ -57,6 +58,27 @@ def test_pictures_that_nobody_labelled_train_nothing(tmp_path: Path) -> None:
     data = drawn_pictures(tmp_path / "d", 3, expert="")
     with pytest.raises(ConfigError, match="expected labels of an expert, got none: dataset record"):
         train_sight([data], SightRecipe(), tmp_path / "mine", print)
+
+
+def test_a_skill_that_is_not_the_recorded_one_any_more_is_not_shipped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home = tmp_path / "skills" / "own-eyes"
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(home.parent))
+    home.mkdir(parents=True)
+    document = CLONE.model_dump(mode="json", exclude_defaults=True) | {"id": "own-eyes"}
+    (home / "rskill.yaml").write_text(yaml.safe_dump(document))
+    data = tmp_path / "d"
+    header = begin(data, read_skill(home), "ur5e", 0.0, EXPERT.id)
+    add(data, header, drawn_sight(3))
+    document["state_contract"]["bindings"] |= {"world_frame": "map"}
+    (home / "rskill.yaml").write_text(yaml.safe_dump(document))
+    with pytest.raises(ConfigError) as caught:
+        train_sight([data], SightRecipe(), tmp_path / "mine", print)
+    assert str(caught.value).splitlines() == [
+        f"dataset {data}: its numbers mean others than those of skill own-eyes:",
+        "  state_contract.bindings.world_frame: expected nothing, got base_link",
+    ]
 
 
 def test_the_onnx_file_says_what_jax_says_and_the_recipe_gives_it_again(
@@ -112,6 +134,36 @@ def test_a_recording_sees_and_does_what_a_policy_in_one_process_does_bit_for_bit
     red = (eye[..., 0] > 100) & (eye[..., 1] < 90)
     assert (red.sum((1, 2)) > 10).all(), "the cube is in sight"
     assert (eye[0] != eye[-1]).any()
+
+
+def seeing(contrast_min: float) -> SkillManifest:
+    eye = CLONE.images["eye"].model_copy(update={"contrast_min": contrast_min})
+    return CLONE.model_copy(update={"images": {"eye": eye}})
+
+
+@renders
+@pytest.mark.simulator
+@pytest.mark.processes
+def test_a_recording_ends_at_the_first_frame_that_does_not_count_and_says_so() -> None:
+    """Deployed, the goal waits there: an older picture is none of this tick."""
+    teacher = Teacher(EXPERT, 1.0)
+    [one] = record(DEPLOYMENT, CLONE, [SEED], 0.0, 8, lambda seed, tick: None, teacher)
+    contrasts = one.pictures["eye"].std(axis=(1, 2)).max(axis=1)
+    limit = float(contrasts[4] + contrasts[3]) / 2
+    assert (contrasts[:4] > limit).all() and contrasts[4] < limit
+    lacking = "image eye from camera robot0_eye_in_hand: 1 pictures of one colour came since"
+    for contrast_min, tick in ((limit, 5), (127.5, 1)):
+        with pytest.raises(ConfigError) as caught:
+            next(record(DEPLOYMENT, seeing(contrast_min), [SEED], 0.0, 8, lambda *_: None, teacher))
+        assert str(caught.value) == (
+            f"skill bc-reach-cube: tick {tick}: nothing to go by: {lacking} (contrast_min)"
+        )
+    seen = "tick 2: nothing to go by: image eye from camera"
+    with (
+        closing(LocalEpisode(DEPLOYMENT, seeing(127.5), SEED, RESET)) as local,
+        pytest.raises(ConfigError, match=seen),
+    ):
+        local.act()
 
 
 class _Blind:

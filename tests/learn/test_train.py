@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.policy import Observation
-from fairlead.skill.manifest import load_skill, read_skill
+from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_tools.learn.labels import label, state_beside
@@ -114,4 +114,17 @@ def test_only_the_scripted_expert_s_own_backend_is_cloned(tmp_path: Path) -> Non
     assert str(caught.value) == (
         "train: bc-counter-to-cabinet: expected the backend oracle, got onnx"
     )
+    assert not (tmp_path / "mine").exists()
+
+
+def test_an_expert_that_sees_other_numbers_than_the_recorded_is_refused(tmp_path: Path) -> None:
+    data = drawn_dataset(tmp_path / "data", drawn_episode(1))
+    document = EXPERT.model_dump(mode="json")
+    document["state_contract"]["bindings"]["world_frame"] = "map"
+    with pytest.raises(ConfigError) as caught:
+        train([data], SkillManifest.model_validate(document), RECIPE, tmp_path / "mine", print)
+    assert str(caught.value).splitlines() == [
+        f"dataset {data}: its numbers mean others than those of skill {EXPERT.id}:",
+        "  state_contract.bindings.world_frame: expected nothing, got odom",
+    ]
     assert not (tmp_path / "mine").exists()

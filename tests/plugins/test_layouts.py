@@ -98,6 +98,13 @@ def test_an_unknown_name_is_refused_with_every_name_and_where_it_comes_from(tmp_
             SAMPLE.replace("    dim=8,", "    dim=None,"),
             "expected dim and assemble, or neither of them",
         ),
+        (
+            "acme_layouts:LAYOUT",
+            SAMPLE.replace('"eef_rotation_frame"', '"eef_rotation"'),
+            "required and optional: expected binding fields, got eef_rotation (valid: eef_frame, "
+            "eef_rotation_frame, base_frame, world_frame, gripper_qpos_joints, joint_names, "
+            "quaternion_convention, quaternion_signs, object_frame, goal_frame)",
+        ),
     ],
 )
 def test_a_broken_layout_is_named_with_its_package_and_breaks_nothing_else(

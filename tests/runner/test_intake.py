@@ -136,7 +136,10 @@ def test_a_frame_that_was_lost_is_waited_for_and_said_and_never_made_up() -> Non
     assert box.missing(8) == ""
     box.add_image(frame(9))
     box.add_layout(layout(9))
-    assert box.missing(9) == "image eye of tick 7 from camera front"
+    assert box.missing(9) == (
+        "image eye of tick 7 from camera front (its deltas want one every 2 ticks, the last came "
+        "1 to 2 ticks apart)"
+    )
     box.add_image(frame(7, value=7))
     assert box.missing(9) == "", "it came late"
 

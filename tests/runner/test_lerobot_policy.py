@@ -17,7 +17,6 @@ from fairlead.errors import ConfigError, PolicyError
 from fairlead.plugins import POLICIES
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.backends import check_policy_options
-from fairlead_skill_runner.policies.lerobot.checkpoint import check_dataset
 from fairlead_skill_runner.policies.onnx_files import action_names
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_tools.learn.lerobot_export import export_lerobot
@@ -155,17 +154,6 @@ def test_an_order_of_actions_that_the_checkpoint_knows_is_the_skill_s(
             said = refusal(install(skills, python))
             assert "the order of action: expected cartesian_delta[0], " in said
             assert ", got gripper_position[0], cartesian_delta[5], " in said
-
-
-def test_joints_may_have_the_names_of_lerobot_s_robots(skills: Path, tmp_path: Path) -> None:
-    skill = load_skill("so101-reach")
-    own = [name for field in skill.state_contract.joints for name in field.names]
-    features = {key: {"names": {"motors": [f"{name}.pos" for name in own]}} for key in
-                ("observation.state", "action")}  # fmt: skip
-    (tmp_path / "meta").mkdir()
-    told = {"fps": skill.rate_hz, "features": features}
-    (tmp_path / "meta" / "info.json").write_text(json.dumps(told))
-    check_dataset(skill, tmp_path)
 
 
 def test_files_that_are_missing_or_run_other_s_code_are_refused_before_anything_is_started(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from typing import Any
 
 import cv2
@@ -55,6 +56,32 @@ def test_a_picture_is_turned_as_opencv_turns_it(
 ) -> None:
     pixels = random_pixels(width, height)
     np.testing.assert_array_equal(made(pixels, {"rotate_deg": deg}), cv2.rotate(pixels, code))
+
+
+@pytest.mark.parametrize(
+    ("flip", "numpys", "pillows"),
+    [
+        ("horizontal", np.fliplr, Pillow.Transpose.FLIP_LEFT_RIGHT),
+        ("vertical", np.flipud, Pillow.Transpose.FLIP_TOP_BOTTOM),
+    ],
+)
+def test_a_picture_is_flipped_as_numpy_and_pillow_flip_it(
+    flip: str, numpys: Callable[[Any], Any], pillows: Pillow.Transpose
+) -> None:
+    pixels = random_pixels(7, 5)
+    flipped = made(pixels, {"flip": flip})
+    np.testing.assert_array_equal(flipped, numpys(pixels))
+    np.testing.assert_array_equal(flipped, np.asarray(Pillow.fromarray(pixels).transpose(pillows)))
+    np.testing.assert_array_equal(made(pixels, {"flip": flip}, {"flip": flip}), pixels)
+
+
+def test_an_upright_picture_flipped_is_what_libero_s_checkpoints_were_trained_on() -> None:
+    """They turn a picture of robosuite's, whose rows come bottom first, by 180 degrees."""
+    upright = random_pixels(8, 8)
+    robosuites = upright[::-1]
+    trained_on = cv2.rotate(robosuites, cv2.ROTATE_180)
+    np.testing.assert_array_equal(made(upright, {"flip": "horizontal"}), trained_on)
+    assert (made(upright, {"rotate_deg": 180}) != trained_on).any()
 
 
 def test_a_box_is_cut_out_and_sides_resized_as_pillow_does_both() -> None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from fairlead.messages import GateState, Outcome
+from fairlead.messages import GateState, Image, Outcome
 from fairlead.skill.manifest import SkillManifest
 from tests.runner.scripted_robot import (
     CLAIM,
     EPOCH,
     NO_ROW,
+    SESSION,
     SKILL,
     Story,
     broken_layout,
@@ -234,6 +235,33 @@ def test_endless_refusals_stall_and_the_last_one_is_told(run: Story) -> None:
     assert result.detail == (
         "no rows released for 6.0 s, waiting for released rows at tick 12; last refusal: "
         "G020 limit: chunk 3 refused at row 2, arm linear: value 5, limit 0.0867"
+    )
+
+
+def test_a_camera_that_skips_pictures_stalls_a_goal_that_looks_back_and_the_spacing_is_told() -> (
+    None
+):
+    eye = {"eye": {"camera": "front", "width": 2, "height": 3, "deltas": [-1, 0]}}
+    skill = SkillManifest.model_validate(SKILL.model_dump(mode="json") | {"images": eye})
+    run = story(lockstep=False, skill=skill, camera_periods={"front": 1}, periods=2)
+    for tick in range(10, 100):
+        run.now_s = tick * 0.1
+        if tick % 3 == 1:
+            image = Image(session=SESSION, tick=tick, camera="front", width=2, height=3,
+                          encoding_name="rgb8", data=bytes(range(18)))  # fmt: skip
+            run.take(run.core.on_image(image, run.now_s))
+        run.tick(tick)
+        if tick == 10:
+            run.answer()
+            run.judge(first=11)
+    run.take(run.core.on_joints(joints(100), run.now_s))  # its layout is under way
+    run.take(run.core.on_time(run.now_s))
+    assert run.seen_ticks() == [10]
+    result = run.core.result
+    assert result is not None and result.kind == "stalled"
+    assert result.detail.endswith(
+        "waiting for image eye of tick 95 from camera front (its deltas want one every 2 ticks, "
+        "the last came 3 ticks apart) at tick 100"
     )
 
 

@@ -14,6 +14,9 @@ from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.routes import resolve_routes
+from fairlead_skill_runner.candidate import dispatch
+from fairlead_skill_runner.control_rows import control_rows
 
 ROBOT = load_robot("dual_panda")
 SKILL = load_skill("dual-panda-lift")
@@ -27,10 +30,19 @@ HAL = HalStatus(
 LEFT = {"ee": "left_tool", "frame": "base_link"}
 
 
-def problems(width: int, slot: dict[str, Any], hal: HalStatus | None = HAL) -> list[str]:
-    data = SKILL.model_dump(mode="json")
+def changed(width: int, slot: dict[str, Any], rate_hz: float = SKILL.rate_hz) -> SkillManifest:
+    data = SKILL.model_dump(mode="json") | {"rate_hz": rate_hz}
     data["action_contract"] = {"dim": width, "slots": [{"range": [0, width - 1], **slot}]}
-    return admission_problems(SkillManifest.model_validate(data), ROBOT, hal)
+    return SkillManifest.model_validate(data)
+
+
+def problems(
+    width: int,
+    slot: dict[str, Any],
+    hal: HalStatus | None = HAL,
+    rate_hz: float = SKILL.rate_hz,
+) -> list[str]:
+    return admission_problems(changed(width, slot, rate_hz), ROBOT, hal)
 
 
 @pytest.mark.parametrize(
@@ -53,6 +65,43 @@ def test_a_scale_is_admitted_up_to_the_range_of_its_mode(
         f"part {part} {mode} value {index}: full-scale output is [-{scale[-1]:g}, {scale[-1]:g}], "
         f"the HAL takes [-{largest:g}, {largest:g}]"
     )
+
+
+DELTA = {"control_mode": "cartesian_delta", **LEFT}
+HALF_RATE_HZ = 0.5e9 / ROBOT.tick_period_ns
+
+
+@pytest.mark.parametrize(("hal", "who"), [(HAL, "HAL"), (None, "robot")])
+def test_a_slower_policys_delta_may_be_as_large_as_its_periods_add_up_to(
+    hal: HalStatus | None, who: str
+) -> None:
+    fits = DELTA | {"scale": [1e-3] * 5 + [0.144337]}  # twice a norm of 0.125 rad over sqrt(3)
+    assert problems(6, fits, hal, HALF_RATE_HZ) == []
+    assert len(problems(6, fits, hal)) == 1  # at the control rate
+    (found,) = problems(6, fits | {"scale": [1e-3] * 5 + [0.145]}, hal, HALF_RATE_HZ)
+    assert found == (
+        f"part left_arm cartesian_delta value 5: full-scale output is [-0.145, 0.145], the {who} "
+        "takes [-0.144338, 0.144338] in 2 control periods (a norm of 0.25 rad is 0.144338 on each "
+        "of three axes at once); a policy's outputs are taken as full scale [-1, 1], which the "
+        "slot's scale makes SI: scale 0.144337 fits"
+    )
+
+
+def test_what_a_slower_policys_delta_is_admitted_as_goes_out_in_range() -> None:
+    skill = changed(6, DELTA | {"scale": [1e-3] * 5 + [0.144337]}, HALF_RATE_HZ)
+    assert admission_problems(skill, ROBOT, HAL) == []
+    routes = resolve_routes(skill.action_contract, ROBOT)
+    parts = dispatch(routes, np.ones((1, 6), np.float32), 6)
+    (sent,) = control_rows(parts, [6], 2, "hold", 2)
+    (block,) = [b for b in HAL.parts[routes[0].part].ranges if b.mode == sent.mode]
+    assert np.all(floats(sent.values, 6) <= floats(block.upper))
+    assert floats(sent.values, 6)[0, 5] == pytest.approx(floats(block.upper)[5], rel=1e-4)
+
+
+def test_a_slower_policys_velocities_are_sent_and_compared_as_they_are() -> None:
+    twice = TWIST | {"scale": [0.6] + [1e-3] * 5}
+    assert problems(6, twice, HAL, HALF_RATE_HZ) == problems(6, twice)
+    assert len(problems(6, twice)) == 1
 
 
 TWIST = {"control_mode": "cartesian_twist", **LEFT}

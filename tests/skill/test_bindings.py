@@ -120,3 +120,33 @@ def test_two_gripper_joints_and_wxyz_are_accepted() -> None:
         RECORD | {"gripper_qpos_joints": ["l", "r"], "quaternion_convention": "wxyz"}
     )
     assert bindings.gripper_qpos_joints == ("l", "r")
+
+
+@pytest.mark.parametrize(
+    ("layout", "dim", "bindings", "text"),
+    [
+        ("libero_eef8d", 8, RECORD, "base_frame: layout libero_eef8d reads none (valid: eef_frame, "
+         "world_frame, gripper_qpos_joints, eef_rotation_frame, quaternion_signs)"),
+        ("human300_16d", 16, PICK | {"goal_frame": None},
+         "object_frame: layout human300_16d reads none (valid: eef_frame, base_frame, world_frame, "
+         "gripper_qpos_joints, eef_rotation_frame, quaternion_convention, quaternion_signs)"),
+        ("aloha", 14, {"eef_frame": "hand", "quaternion_convention": "wxyz"},
+         "eef_frame: layout aloha reads none (valid: joint_names)\n"
+         "quaternion_convention: layout aloha reads none (valid: joint_names)"),
+        ("libero", 9, {"world_frame": "odom"},
+         "world_frame: layout libero reads none (valid: joint_names, gripper_qpos_joints)"),
+        ("base_pose_6d", 6, {"base_frame": "b", "quaternion_signs": {"base_frame": "+w"}},
+         "quaternion_signs: layout base_pose_6d reads none (valid: base_frame, world_frame)"),
+    ],
+)  # fmt: skip
+def test_a_binding_that_the_layout_does_not_read_is_refused_with_those_it_does(
+    layout: str, dim: int, bindings: dict[str, Any], text: str
+) -> None:
+    wanted = f"Value error, {text}"
+    assert refusal({"layout": layout, "dim": dim, "bindings": bindings}) == wanted
+
+
+def test_what_a_binding_would_be_anyway_is_no_binding() -> None:
+    """A manifest that was loaded and written again has all of them."""
+    contract = StateContract(layout="libero", dim=9)
+    assert StateContract.model_validate(contract.model_dump(mode="json")) == contract

@@ -36,6 +36,22 @@ free = st.fixed_dictionaries(
 bindings = st.builds(lambda a, b: a | b, frames, free)
 
 
+DEFAULTS = {"world_frame": "map", "quaternion_convention": "xyzw"}
+_ROBOT = ("eef_frame", "base_frame", "world_frame", "gripper_qpos_joints")
+_ROTATIONS = ("eef_rotation_frame", "quaternion_convention", "quaternion_signs")
+READ = {
+    "aloha": ("joint_names",),
+    "base_pose_6d": ("base_frame", "world_frame"),
+    "gr1": (*_ROBOT, *_ROTATIONS),
+    "human300_16d": (*_ROBOT, *_ROTATIONS),
+    "libero": ("joint_names", "gripper_qpos_joints"),
+    "libero_eef8d": (_ROBOT[0], *_ROBOT[2:], _ROTATIONS[0], _ROTATIONS[2]),
+    "mobile_pick_30d": (*_ROBOT, "object_frame", "goal_frame", *_ROTATIONS),
+    "panda_omron_53d": (*_ROBOT, *_ROTATIONS, "joint_names"),
+    "rc365": (*_ROBOT, *_ROTATIONS),
+}
+
+
 def refusal(layout: str, dim: int, data: dict[str, Any]) -> str:
     """The one error of a contract, "" if it loads."""
     try:
@@ -61,12 +77,22 @@ def expected_refusal(layout: str, dim: int, data: dict[str, Any]) -> str:
         problems.append(
             f"joint_names: expected {wanted} for layout {layout}, got {given_joints}{other}"
         )
-    if layout in ("aloha", "base_pose_6d") and data.get("gripper_qpos_joints"):
-        problems.append(f"gripper_qpos_joints: layout {layout} reads none")
+    reads = READ[layout]
+    problems += [
+        f"{name}: layout {layout} reads none (valid: {', '.join(reads)})"
+        for name in [
+            *FRAME_FIELDS[:4],
+            "gripper_qpos_joints",
+            "quaternion_convention",
+            "quaternion_signs",
+            *FRAME_FIELDS[4:],
+        ]
+        if data.get(name) and data[name] != DEFAULTS.get(name) and name not in reads
+    ]
     problems += [
         f"quaternion_signs: layout {layout} has no rotation of {name}"
         for name in data.get("quaternion_signs", {})
-        if name not in shape.required
+        if "quaternion_signs" in reads and name not in reads
     ]
     return "\n".join(problems)
 

@@ -26,6 +26,7 @@ def crop(left: int, top: int, width: int, height: int) -> dict[str, Any]:
     [
         ([], (480, 640, 3)),
         ([{"rotate_deg": 90}], (640, 480, 3)),
+        ([{"flip": "horizontal"}, {"flip": "vertical"}], (480, 640, 3)),
         ([{"rotate_deg": 180}], (480, 640, 3)),
         ([crop(80, 0, 480, 480)], (480, 480, 3)),
         ([{"rotate_deg": 270}, crop(0, 160, 480, 480), {"resize": [224, 112]}], (112, 224, 3)),
@@ -43,7 +44,7 @@ def test_a_box_may_end_where_the_picture_ends() -> None:
     assert spec(crop(160, 0, 480, 480)).shape == (480, 480, 3)
 
 
-STEPS = "rotate_deg, crop, resize, resize_with_pad"
+STEPS = "rotate_deg, flip, crop, resize, resize_with_pad"
 
 
 @pytest.mark.parametrize(
@@ -53,6 +54,8 @@ STEPS = "rotate_deg, crop, resize, resize_with_pad"
         ([{"rotate_deg": 90, "resize": [2, 2]}],
          f"transforms.0: expected one of {STEPS}, got rotate_deg and resize"),
         ([{"rotate_deg": 45}], "transforms.0.rotate_deg: Input should be 90, 180 or 270, got 45"),
+        ([{"flip": "left"}],
+         "transforms.0.flip: Input should be 'horizontal' or 'vertical', got 'left'"),
         ([{"rotate_deg": 90}, crop(161, 0, 480, 480)],
          "(top level): transforms.1: crop: expected a box within 480 x 640, got columns 161 to "
          "640, rows 0 to 479"),

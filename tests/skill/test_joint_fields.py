@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -11,7 +12,8 @@ from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead.skill.state_contract import StateContract
+from fairlead.skill.slots import Slot
+from fairlead.skill.state_contract import JointField, StateContract
 
 ARM = [f"panda_joint{number}" for number in range(1, 8)]
 TURNS = {"names": ARM, "quantity": "position", "unit": "rad"}
@@ -114,7 +116,14 @@ def test_unit_that_does_not_fit_the_joint_is_refused_with_those_that_do() -> Non
         ),
         (
             {"dim": 7, "joints": [TURNS | {"sign": -1}]},
-            ["joints.0.sign: unknown key (valid: names, quantity, unit)"],
+            ["joints.0.sign: unknown key (valid: names, quantity, unit, scale, offset)"],
+        ),
+        (
+            {"dim": 7, "joints": [TURNS | {"scale": 0.0, "offset": [1.0, 2.0]}]},
+            [
+                "joints.0: scale: expected numbers that are finite and not 0, got [0.0]",
+                "joints.0: offset: expected 1 or 7 number(s), got 2",
+            ],
         ),
     ],
 )  # fmt: skip
@@ -127,3 +136,24 @@ def test_contract_that_does_not_fit_says_what_was_expected(
 def test_contract_survives_its_own_dump() -> None:
     contract = StateContract.model_validate({"dim": 7, "joints": [TURNS]})
     assert StateContract.model_validate(contract.model_dump(mode="json")) == contract
+
+
+def test_contract_without_a_scale_has_the_hash_it_had_before_there_were_scales() -> None:
+    """Datasets and claims know a skill by it."""
+    assert "scale" not in str(REACH.state_contract.model_dump(mode="json"))
+
+
+def test_a_scaled_number_becomes_by_a_slot_what_the_joint_measured() -> None:
+    given = {"unit": "deg", "scale": [0.9, -1.8, 0.5], "offset": [3.0, 0.0, -7.0]}
+    seen = JointField.model_validate({"names": ARM[:3], "quantity": "position", **given})
+    moved = Slot.model_validate(
+        {"range": [0, 2], "control_mode": "joint_position", "joint_names": ARM[:3], **given}
+    )
+    numbers = seen.numbers([0.5, -1.0, 0.0])
+    assert numbers == pytest.approx(
+        [(math.degrees(0.5) - 3.0) / 0.9, math.degrees(1.0) / 1.8, 14.0], rel=1e-12
+    )
+    back = zip(numbers, moved.scales(), moved.offsets(), strict=True)
+    assert [scale * number + offset for number, scale, offset in back] == pytest.approx(
+        [0.5, -1.0, 0.0], abs=1e-12
+    )

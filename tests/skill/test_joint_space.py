@@ -99,7 +99,7 @@ DEGREES = {"control_mode": "joint_position", "joint_names": ARM, "range": [0, 6]
 def test_positions_in_degrees_are_admitted_and_become_radians(fields: dict[str, Any]) -> None:
     panda = load_robot("panda")
     routes = resolve_routes(contract(dim=7, **fields), panda)
-    assert declared_range_problems(routes, panda) == []
+    assert declared_range_problems(routes, panda, 1) == []
     rows = np.array([[90, -45, 0, -120, 1, 30, -1]], dtype=np.float32)
     (arm,) = dispatch(routes, rows, 7)
     np.testing.assert_allclose(
@@ -112,9 +112,11 @@ def test_degrees_beside_a_scale_are_a_share_of_a_range_and_compared_with_it() ->
     speed = DEGREES | {"control_mode": "joint_velocity", "scale": 30.0}
     routes = resolve_routes(contract(dim=7, slots=[speed]), panda)
     assert routes[0].scale == (math.radians(30.0),) * 7
-    assert declared_range_problems(routes, panda) == []
+    assert declared_range_problems(routes, panda, 1) == []
     routes = resolve_routes(contract(dim=7, slots=[speed | {"scale": 300.0}]), panda)
-    assert "full-scale output is [-5.23599, 5.23599]" in declared_range_problems(routes, panda)[0]
+    assert (
+        "full-scale output is [-5.23599, 5.23599]" in declared_range_problems(routes, panda, 1)[0]
+    )
 
 
 def test_scale_of_one_degree_is_refused_and_told_the_unit() -> None:
@@ -122,7 +124,7 @@ def test_scale_of_one_degree_is_refused_and_told_the_unit() -> None:
     scaled = {**DEGREES, "scale": 0.0174533}
     del scaled["unit"]
     routes = resolve_routes(contract(dim=7, slots=[scaled]), panda)
-    [problem, *_] = declared_range_problems(routes, panda)
+    [problem, *_] = declared_range_problems(routes, panda, 1)
     assert problem.endswith("; for degrees write unit: deg and no scale")
 
 

@@ -36,7 +36,7 @@ def control_rows(
 
 def _spread(values: FloatArray, mode: ControlMode, periods: int, between: Between) -> FloatArray:
     held: FloatArray = np.repeat(values, periods, axis=0)
-    if mode is ControlMode.CARTESIAN_DELTA:
+    if mode.adds_up:
         return held / periods
     if between == "hold" or mode not in {*_TARGETS, ControlMode.CARTESIAN_POSE}:
         return held

@@ -6,6 +6,9 @@ tick, never the pixels: a still scene looks the same in every picture.
 
 from __future__ import annotations
 
+from collections import deque
+from itertools import pairwise
+
 import numpy as np
 
 from fairlead.messages import Image
@@ -13,6 +16,7 @@ from fairlead_skill_runner.tick_history import TickHistory
 
 _LOOKED_AT = 64
 """Rows and columns of a picture, about, in which contrast is looked for."""
+_SPACINGS = 8
 
 
 class FrameHistory(TickHistory[Image]):
@@ -27,6 +31,7 @@ class FrameHistory(TickHistory[Image]):
         super().__init__(ticks_back)
         self._contrast_min = contrast_min
         self._repeated = self._blank = 0  # frames since the newest that counts
+        self._last = deque[int](maxlen=_SPACINGS + 1)  # ticks of frames that counted
 
     def add(self, image: Image) -> None:
         """Keep a frame that counts."""
@@ -39,12 +44,19 @@ class FrameHistory(TickHistory[Image]):
         if self.newest is None or image.tick > self.newest.tick:
             self._repeated = self._blank = 0
         self.keep(image)
+        self._last.append(image.tick)
 
     def trouble(self) -> str:
         """What has come since the newest frame that counts; "" if nothing has."""
         if self._blank:
             return f"{self._blank} pictures of one colour came since (contrast_min)"
         return f"its last exposure came {self._repeated} times more" if self._repeated else ""
+
+    def spacing(self) -> str:
+        """How far the last frames that count are apart; there were at least two."""
+        apart = [after - before for before, after in pairwise(sorted(self._last))]
+        least, most = min(apart), max(apart)
+        return f"{least} ticks apart" if least == most else f"{least} to {most} ticks apart"
 
 
 def contrast(image: Image) -> float:

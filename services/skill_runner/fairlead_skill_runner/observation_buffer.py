@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import gcd
 from typing import Any
 
 import numpy as np
@@ -113,7 +114,10 @@ class ObservationBuffer:
             history = self._cameras[spec.camera]
             lost = history.missing_tick(self._deltas[name], self.layout.episode_tick)
             if lost is not None:
-                return f"image {name} of tick {lost} from camera {spec.camera}"
+                return (
+                    f"image {name} of tick {lost} from camera {spec.camera} (its deltas want one "
+                    f"every {gcd(*self._deltas[name])} ticks, the last came {history.spacing()})"
+                )
         return ""
 
     def blind(self, tick: int) -> str:

@@ -65,6 +65,8 @@ def pixels_of(spec: ImageSpec, array: npt.NDArray[Any]) -> Pixels:
 def _changed(pixels: Pixels, step: PictureStep) -> Pixels:
     if step.rotate_deg is not None:
         return np.rot90(pixels, k=-(step.rotate_deg // 90))
+    if step.flip is not None:
+        return np.flip(pixels, axis=1 if step.flip == "horizontal" else 0)
     if step.crop is not None:
         box = step.crop
         return pixels[box.top : box.top + box.height, box.left : box.left + box.width]

@@ -231,7 +231,7 @@ class RunCore:
         ended = self._ended()
         if ended:
             return self._end(ended)
-        wanted = max(self._schedule.next_tick, self._chunks.last_obs_tick + 1, self._anchor_tick)
+        wanted = self._wanted_tick()
         if self._asked or self.tick < wanted or self._inputs.missing(wanted):
             return []
         if self._inputs.is_ahead_of(self.tick):  # what acted before it is still under way
@@ -286,7 +286,13 @@ class RunCore:
             return "its parts to hold"
         if not self._chunks.answered:
             return "the gate's verdict"
-        return self._inputs.missing(self.tick) or "released rows"
+        # A tick's own inputs come after it: in realtime they may just be under way.
+        wanted = self.tick if self.setup.lockstep else min(self.tick, self._wanted_tick())
+        return self._inputs.missing(wanted) or "released rows"
+
+    def _wanted_tick(self) -> int:
+        """The earliest that is observed next, in realtime."""
+        return max(self._schedule.next_tick, self._chunks.last_obs_tick + 1, self._anchor_tick)
 
     def _end(self, ended: GoalResult) -> list[Output]:
         self.result = results.at_ticks(ended, self.first_tick, self.tick, self._fits.words())

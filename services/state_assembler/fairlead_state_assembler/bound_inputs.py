@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import NoReturn, Protocol
 
 import numpy as np
+import pinocchio as pin
 
 from fairlead.errors import LayoutError
+from fairlead.frames import ODOM
 from fairlead.layout import Layout, ParentBinding
 from fairlead.messages import FloatArray
 from fairlead.skill.bindings import PoseBinding, QuaternionSign, StateContractBindings
@@ -17,8 +19,12 @@ from fairlead_state_assembler.pose_vector import (
     gripper_pair,
     pose7,
     position3,
+    quaternion_xyzw,
     rotation4,
 )
+
+_POSITIVE: tuple[QuaternionSign, ...] = ("+x", "+y", "+z", "+w")
+_NEGATIVE: tuple[QuaternionSign, ...] = ("-x", "-y", "-z", "-w")
 
 
 class Transforms(Protocol):
@@ -54,16 +60,29 @@ class BoundInputs:
         """Where ``child`` is in ``parent``: shape ``[3]`` [m]."""
         return position3(self._pose(parent, child))
 
-    def quaternion4(
-        self, parent: ParentBinding, child: PoseBinding, sign: QuaternionSign | None = None
-    ) -> FloatArray:
-        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion.
+    def quaternion4(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
+        """How ``child`` is turned in ``parent``: shape ``[4]``, unit quaternion."""
+        order = self._bindings.quaternion_convention
+        return rotation4(self._rotated(parent, child), order, self._signs.get(child, "+w"))
+
+    def driven_quaternion4(self, child: PoseBinding, sign: QuaternionSign) -> FloatArray:
+        """How ``child`` is turned in ``world_frame``: shape ``[4]``, unit quaternion.
 
         Args:
-            sign: instead of the one bound for ``child``.
+            sign: of ``child`` in the base.
         """
+        world = self._bindings.world_frame or self._refuse("world_frame")
+        product = (
+            pin.Quaternion(quaternion_xyzw(self._transforms.pose(world, ODOM), "+w"))
+            * pin.Quaternion(
+                quaternion_xyzw(self.in_world(ODOM)._pose("world_frame", "base_frame"), "+w")
+            )
+            * pin.Quaternion(quaternion_xyzw(self._rotated("base_frame", child), sign))
+        ).coeffs()
+        decides = int(np.argmax(np.abs(product)))
+        signs = _NEGATIVE if product[decides] < 0.0 else _POSITIVE
         order = self._bindings.quaternion_convention
-        return rotation4(self._rotated(parent, child), order, sign or self._signs.get(child, "+w"))
+        return rotation4(self._rotated("world_frame", child), order, signs[decides])
 
     def axis_angle3(self, parent: ParentBinding, child: PoseBinding) -> FloatArray:
         """How ``child`` is turned in ``parent``: shape ``[3]``, unit axis times angle [rad]."""

@@ -66,11 +66,10 @@ def assemble_contract(
     """
     if contract.layout is not None:
         return assemble_state(contract.layout, contract.bindings, joints, transforms)
-    values = [
-        field.per_si * (joints.position if field.quantity == "position" else joints.velocity)(name)
-        for field in contract.joints
-        for name in field.names
-    ]
+    values: list[float] = []
+    for field in contract.joints:
+        read = joints.position if field.quantity == "position" else joints.velocity
+        values += field.numbers([read(name) for name in field.names])
     return _finite(contract.layout_name, np.array(values))
 
 

@@ -9,5 +9,6 @@ LAYOUT = Layout(
     dim=None,
     assemble=None,
     required=("eef_frame", "base_frame", "world_frame", "gripper_qpos_joints"),
+    optional=("eef_rotation_frame", "quaternion_convention", "quaternion_signs"),
 )
 """Without a width and a function."""

@@ -43,6 +43,7 @@ LAYOUT = Layout(
     dim=16,
     assemble=assemble,
     required=("eef_frame", "base_frame", "world_frame", "gripper_qpos_joints"),
+    optional=("eef_rotation_frame", "quaternion_convention", "quaternion_signs"),
     example=StateContractBindings(
         eef_frame="grip_site",
         eef_rotation_frame="panda_hand",

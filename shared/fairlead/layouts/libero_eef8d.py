@@ -40,6 +40,7 @@ LAYOUT = Layout(
     dim=8,
     assemble=assemble,
     required=("eef_frame", "world_frame", "gripper_qpos_joints"),
+    optional=("eef_rotation_frame", "quaternion_signs"),
     example=StateContractBindings(
         eef_frame="grip_site",
         eef_rotation_frame="panda_hand",
@@ -54,5 +55,6 @@ LAYOUT = Layout(
 )
 """The example: the numbers of robosuite, whose sign keeps x positive while the hand points down.
 
-With w >= 0 the vector would jump to its opposite there, in the middle of the work.
+With w >= 0 the vector would jump to its opposite there, in the middle of the work. LIBERO's base
+stands at yaw 0: on one that turns, world_frame is to be a frame of the base.
 """

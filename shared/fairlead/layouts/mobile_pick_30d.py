@@ -48,6 +48,7 @@ LAYOUT = Layout(
     dim=30,
     assemble=assemble,
     required=(*_ROBOT.required, "object_frame", "goal_frame"),
+    optional=_ROBOT.optional,
     example=_ROBOT.example.model_copy(
         update={"object_frame": "object", "goal_frame": "goal", "world_frame": ODOM}
     ),

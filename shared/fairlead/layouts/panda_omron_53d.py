@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from fairlead.layout import Layout, LayoutField, LayoutInputs
+from fairlead.layout import LayoutField, LayoutInputs
 from fairlead.layouts import human300_16d
 from fairlead.messages import FloatArray
 
@@ -31,7 +33,7 @@ def assemble(at: LayoutInputs) -> FloatArray:
             np.roll(robot, 2),
             at.gripper_velocities2(),
             at.position3("world_frame", "eef_frame"),
-            at.quaternion4("world_frame", "eef_frame", "+x"),
+            at.driven_quaternion4("eef_frame", "+x"),  # x > 0 while the hand points down
             joints,
             np.cos(joints),
             np.sin(joints),
@@ -41,16 +43,14 @@ def assemble(at: LayoutInputs) -> FloatArray:
 
 
 _BASE, _EEF = ("world_frame", "base_frame"), ("eef_frame", "base_frame")
-_JOINTS, _FINGERS = ("joint_names",), ("gripper_qpos_joints",)
-_ROTATION = "eef_rotation_frame"
+_JOINTS, _FINGERS, _ROTATION = ("joint_names",), ("gripper_qpos_joints",), "eef_rotation_frame"
 
-LAYOUT = Layout(
+LAYOUT = replace(
+    human300_16d.LAYOUT,
     content="state inputs of GR00T's robocasa_panda_omron: poses, fingers, arm joints, velocities",
     dim=53,
     assemble=assemble,
-    required=human300_16d.LAYOUT.required,
     joint_names=tuple(f"panda_joint{number}" for number in range(1, 8)),
-    example=human300_16d.LAYOUT.example,
     fields=(
         LayoutField("gripper", "gripper", 0, _FINGERS),
         LayoutField("world_to_base position", "position", 9, _BASE),
@@ -66,4 +66,4 @@ LAYOUT = Layout(
         LayoutField("arm joints' velocities", "joint velocities", 46, _JOINTS),
     ),
 )
-"""Unbound it reads Franka's own joints. The rest is what robosuite's PandaOmron reports."""
+"""As robosuite's PandaOmron says it; signs while the hand is down, the base within half a turn."""

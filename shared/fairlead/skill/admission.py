@@ -56,10 +56,12 @@ class Admission:
             hal: what the running HAL found, for its command ranges, part order and cameras;
                 None checks the manifests alone, with the ranges the robot declares.
         """
+        periods = self.skill.control_periods(self.robot.tick_period_ns) or 1
         if hal is None:
-            return [*self._of_manifests, *declared_range_problems(self.routes, self.robot)]
+            ranges = declared_range_problems(self.routes, self.robot, periods)
+            return [*self._of_manifests, *ranges]
         identity = _identity_problems(self.robot, hal)
-        ranges = [] if identity else hal_range_problems(self.routes, self.robot, hal)
+        ranges = [] if identity else hal_range_problems(self.routes, self.robot, hal, periods)
         return [
             *self._of_manifests,
             *identity,

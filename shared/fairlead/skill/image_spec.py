@@ -32,6 +32,7 @@ class PictureStep(BaseModel):
 
     Attributes:
         rotate_deg: clockwise.
+        flip: horizontal: left becomes right; vertical: top becomes bottom.
         crop: what is kept.
         resize: to width and height, each side by itself.
         resize_with_pad: as large as fits into width and height, in the middle of black.
@@ -40,6 +41,7 @@ class PictureStep(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     rotate_deg: Literal[90, 180, 270] | None = None
+    flip: Literal["horizontal", "vertical"] | None = None
     crop: CropBox | None = None
     resize: Size | None = None
     resize_with_pad: Size | None = None
@@ -75,6 +77,8 @@ class PictureStep(BaseModel):
                     f"{box.left + box.width - 1}, rows {box.top} to {box.top + box.height - 1}"
                 )
             return box.width, box.height
+        if self.flip is not None:
+            return size
         if self.rotate_deg is not None:
             return (width, height) if self.rotate_deg == 180 else (height, width)
         if self.resize is not None:

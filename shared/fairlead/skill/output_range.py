@@ -15,7 +15,6 @@ from fairlead.messages import HalStatus, floats
 from fairlead.modes import ControlMode
 from fairlead.robot.command_ranges import command_range, norm_limits
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.part import Part
 from fairlead.skill.routes import Route
 
 # A policy may emit these in SI or degrees, without a scale; their full scale is not +-1.
@@ -32,11 +31,16 @@ _SAME = 1e-6  # relative: the HAL's range comes from the norm in the robot's man
 
 
 class _Range(NamedTuple):
-    """Lower and upper ends of a part's values, in SI, and who says so."""
+    """Lower and upper ends of a part's values in a control period, in SI, and who says so."""
 
     lower: Sequence[float]
     upper: Sequence[float]
     who: str
+    periods: int  # that a row of the policy is divided among
+
+
+def _periods(route: Route, policy_periods: int) -> int:
+    return policy_periods if route.mode.adds_up else 1
 
 
 class _Excess(NamedTuple):
@@ -47,8 +51,14 @@ class _Excess(NamedTuple):
     norm: str
 
 
-def hal_range_problems(routes: Sequence[Route], robot: RobotManifest, hal: HalStatus) -> list[str]:
-    """Every value whose full scale leaves the range that the running HAL states."""
+def hal_range_problems(
+    routes: Sequence[Route], robot: RobotManifest, hal: HalStatus, policy_periods: int
+) -> list[str]:
+    """Every value whose full scale leaves the range that the running HAL states.
+
+    Args:
+        policy_periods: control periods for one row of the policy.
+    """
     problems = []
     for route in routes:
         stated = [block for block in hal.parts[route.part].ranges if block.mode == route.mode]
@@ -57,28 +67,37 @@ def hal_range_problems(routes: Sequence[Route], robot: RobotManifest, hal: HalSt
                 f"part {route.part_name}: the HAL does not offer {route.mode.yaml_name}"
             )
             continue
-        ends = _Range(floats(stated[0].lower).tolist(), floats(stated[0].upper).tolist(), "HAL")
+        lower, upper = floats(stated[0].lower).tolist(), floats(stated[0].upper).tolist()
+        ends = _Range(lower, upper, "HAL", _periods(route, policy_periods))
         problems += _problems(route, robot, hal.parts[route.part].joints, ends)
     return problems
 
 
-def declared_range_problems(routes: Sequence[Route], robot: RobotManifest) -> list[str]:
+def declared_range_problems(
+    routes: Sequence[Route], robot: RobotManifest, policy_periods: int
+) -> list[str]:
     """Every value whose full scale leaves the range that the robot declares.
 
     Of several safety profiles the one that complains least: which one holds is a matter of
     the deployment.
+
+    Args:
+        policy_periods: control periods for one row of the policy.
     """
-    found = [_in_profile(routes, robot, profile) for profile in robot.safety]
+    found = [_in_profile(routes, robot, profile, policy_periods) for profile in robot.safety]
     return min(found, key=len, default=[])
 
 
-def _in_profile(routes: Sequence[Route], robot: RobotManifest, profile: str) -> list[str]:
+def _in_profile(
+    routes: Sequence[Route], robot: RobotManifest, profile: str, policy_periods: int
+) -> list[str]:
     problems = []
     for route in routes:
         part = robot.part(route.part_name)
         limits = robot.profile(profile).parts[part.name]
         lower, upper = command_range(robot, part, route.mode, limits)
-        ends = _Range(lower.tolist(), upper.tolist(), "robot")
+        periods = _periods(route, policy_periods)
+        ends = _Range(lower.tolist(), upper.tolist(), "robot", periods)
         problems += _problems(route, robot, part.joints, ends)
     return problems
 
@@ -101,12 +120,12 @@ def _problems(route: Route, robot: RobotManifest, joints: Sequence[str], ends: _
             missing.append(f"{where}: the {ends.who} states no range for value {index}")
             continue
         low, high = sorted(offset + scale * output for output in outputs)
-        taken = (ends.lower[index], ends.upper[index])
+        taken = (ends.lower[index] * ends.periods, ends.upper[index] * ends.periods)
         slack = _RELATIVE_TOLERANCE * max(abs(low), abs(high))
         if low < taken[0] - slack or high > taken[1] + slack:
-            norm = _norm_words(robot, robot.part(route.part_name), route.mode, index, taken[1])
+            norm = _norm_words(robot, route, index, ends)
             excesses.setdefault(_Excess((low, high), taken, norm), []).append(index)
-    return [*missing, *(f"{where} {_words(e, i, ends.who)}" for e, i in excesses.items())]
+    return [*missing, *(f"{where} {_words(e, i, ends)}" for e, i in excesses.items())]
 
 
 def _ends(route: Route) -> list[tuple[float, float]]:
@@ -115,13 +134,14 @@ def _ends(route: Route) -> list[tuple[float, float]]:
     return [clips.get(source, (-1.0, 1.0)) for source in route.sources]
 
 
-def _words(excess: _Excess, indices: Sequence[int], who: str) -> str:
+def _words(excess: _Excess, indices: Sequence[int], ends: _Range) -> str:
     values = ("value " if len(indices) == 1 else "values ") + ", ".join(map(str, indices))
     low, high = excess.full
+    spread = f" in {ends.periods} control periods" if ends.periods > 1 else ""
     return (
-        f"{values}: full-scale output is [{low:g}, {high:g}], the {who} takes "
-        f"[{excess.taken[0]:g}, {excess.taken[1]:g}]{excess.norm}; a policy's outputs are taken "
-        f"as full scale [-1, 1], which the slot's scale makes SI: {_fitting(*excess.taken)}"
+        f"{values}: full-scale output is [{low:g}, {high:g}], the {ends.who} takes "
+        f"[{excess.taken[0]:g}, {excess.taken[1]:g}]{spread}{excess.norm}; a policy's outputs are "
+        f"taken as full scale [-1, 1], which the slot's scale makes SI: {_fitting(*excess.taken)}"
         f"{_degrees_words(low, high)}"
     )
 
@@ -132,15 +152,15 @@ def _degrees_words(low: float, high: float) -> str:
     return "; for degrees write unit: deg and no scale" if is_degree else ""
 
 
-def _norm_words(
-    robot: RobotManifest, part: Part, mode: ControlMode, index: int, upper: float
-) -> str:
+def _norm_words(robot: RobotManifest, route: Route, index: int, ends: _Range) -> str:
     """Where a range is a norm's share of one axis: the norm, which is the known number."""
     for safety in robot.safety.values():
-        for norm, unit in norm_limits(mode, safety.parts[part.name])[index // 3 : index // 3 + 1]:
+        limits = norm_limits(route.mode, safety.parts[route.part_name])
+        for norm, unit in limits[index // 3 : index // 3 + 1]:
             share = norm / math.sqrt(3.0)
-            if math.isclose(upper, share, rel_tol=_SAME):
-                return f" (a norm of {norm:g} {unit} is {share:g} on each of three axes at once)"
+            if math.isclose(ends.upper[index], share, rel_tol=_SAME):
+                most, each = norm * ends.periods, share * ends.periods
+                return f" (a norm of {most:g} {unit} is {each:g} on each of three axes at once)"
     return ""
 
 

@@ -10,9 +10,10 @@ import math
 from collections import Counter
 from typing import Any, Literal, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from fairlead.modes import ControlMode
+from fairlead.skill.scales import Numbers, scale_problems, spread
 
 
 class FieldRule(NamedTuple):
@@ -87,8 +88,8 @@ class Slot(BaseModel):
     joint_names: tuple[str, ...] | None = None
     axes: tuple[int, ...] | None = None
     unit: AngleUnit | None = None
-    scale: tuple[float, ...] | None = None
-    offset: tuple[float, ...] | None = None
+    scale: Numbers | None = None
+    offset: Numbers | None = None
     clip: tuple[float, float] | None = None
     threshold: float | None = Field(default=None, allow_inf_nan=False)
 
@@ -98,11 +99,6 @@ class Slot(BaseModel):
         if isinstance(data, dict) and "joint_unit" in data:
             raise ValueError("joint_unit: not in a slot; for degrees write unit: deg")
         return data
-
-    @field_validator("scale", "offset", mode="before")
-    @classmethod
-    def _one_number_is_a_list(cls, value: Any) -> Any:
-        return (value,) if isinstance(value, (int, float)) else value
 
     @property
     def first(self) -> int:
@@ -132,16 +128,16 @@ class Slot(BaseModel):
 
     def scales(self) -> tuple[float, ...]:
         """What each dimension's number is multiplied by to be SI."""
-        return self._in_si(_spread(self.scale, 1.0, self.width))
+        return self._in_si(spread(self.scale, 1.0, self.width))
 
     def offsets(self) -> tuple[float, ...]:
         """What is added to each dimension then, in SI."""
-        return self._in_si(_spread(self.offset, 0.0, self.width))
+        return self._in_si(spread(self.offset, 0.0, self.width))
 
     def in_units(self) -> tuple[bool, ...]:
         """Per dimension, whether the policy says the unit's own numbers, not a share of a range."""
-        scales = _spread(self.scale, 1.0, self.width)
-        offsets = _spread(self.offset, 0.0, self.width)
+        scales = spread(self.scale, 1.0, self.width)
+        offsets = spread(self.offset, 0.0, self.width)
         return tuple(pair == (1.0, 0.0) for pair in zip(scales, offsets, strict=True))
 
     def _in_si(self, values: tuple[float, ...]) -> tuple[float, ...]:
@@ -153,12 +149,6 @@ class Slot(BaseModel):
         if problems:
             raise ValueError("\n".join(f"{self.name}: {problem}" for problem in problems))
         return self
-
-
-def _spread(values: tuple[float, ...] | None, default: float, width: int) -> tuple[float, ...]:
-    if values is None:
-        return (default,) * width
-    return values * width if len(values) == 1 else values
 
 
 def _range_problems(slot: Slot) -> list[str]:
@@ -182,7 +172,7 @@ def _target_problems(slot: Slot) -> list[str]:
     return [
         *_field_problems(slot),
         *_width_problems(slot),
-        *_scale_problems(slot),
+        *scale_problems({"scale": slot.scale, "offset": slot.offset}, slot.width),
         *_clip_problems(slot),
     ]
 
@@ -248,17 +238,3 @@ def _clip_problems(slot: Slot) -> list[str]:
     if slot.threshold is not None:
         return ["clip: not beside threshold, which decides already"]
     return []
-
-
-def _scale_problems(slot: Slot) -> list[str]:
-    problems = []
-    for name in ("scale", "offset"):
-        values = getattr(slot, name)
-        if values is None:
-            continue
-        if len(values) not in (1, slot.width):
-            problems.append(f"{name}: expected 1 or {slot.width} number(s), got {len(values)}")
-        if not all(math.isfinite(v) for v in values) or (name == "scale" and 0.0 in values):
-            kind = "finite and not 0" if name == "scale" else "finite"
-            problems.append(f"{name}: expected numbers that are {kind}, got {list(values)}")
-    return problems

@@ -18,6 +18,7 @@ from fairlead.layout import Layout, load_layout
 from fairlead.plugins import LAYOUTS
 from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.deltas import NOW, Deltas
+from fairlead.skill.scales import Numbers, scale_problems, spread
 
 Quantity = Literal["position", "velocity"]
 JointUnit = Literal["rad", "deg", "m", "rad/s", "deg/s", "m/s"]
@@ -36,6 +37,8 @@ class JointField(BaseModel):
         names: the robot's joints, commanded or only measured (fingers), in the policy's order.
         quantity: what of them.
         unit: of the policy's numbers.
+        scale, offset: as a slot's, for numbers in no unit: value in the unit = scale * number +
+            offset; one number, or one per joint.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -43,21 +46,35 @@ class JointField(BaseModel):
     names: tuple[str, ...] = Field(min_length=1)
     quantity: Quantity
     unit: JointUnit
+    # Left out where they are not given, the hash of a skill stays what it was.
+    scale: Numbers | None = Field(default=None, exclude_if=lambda scale: scale is None)
+    offset: Numbers | None = Field(default=None, exclude_if=lambda offset: offset is None)
 
     @model_validator(mode="after")
-    def _check_unit(self) -> Self:
+    def _check(self) -> Self:
         valid = UNITS[self.quantity]
         if self.unit not in valid:
             raise ValueError(
                 f"unit: expected one of a {self.quantity}, got {self.unit!r} "
                 f"(valid: {', '.join(valid)})"
             )
+        given = {"scale": self.scale, "offset": self.offset}
+        if problems := scale_problems(given, len(self.names)):
+            raise ValueError("\n".join(problems))
         return self
 
     @property
-    def per_si(self) -> float:
-        """What one SI unit (rad or m, per second or not) is in this unit."""
-        return 180.0 / math.pi if self.unit.startswith("deg") else 1.0
+    def in_units(self) -> bool:
+        """Whether the policy's numbers are the unit's own."""
+        return self.scale is None and self.offset is None
+
+    def numbers(self, measured: Sequence[float]) -> list[float]:
+        """The policy's numbers of what the joints measure, in SI (rad or m, per second or not)."""
+        per_si = 180.0 / math.pi if self.unit.startswith("deg") else 1.0
+        scales = spread(self.scale, 1.0, len(self.names))
+        offsets = spread(self.offset, 0.0, len(self.names))
+        given = zip(measured, scales, offsets, strict=True)
+        return [(per_si * value - offset) / scale for value, scale, offset in given]
 
     def units_of(self, joint_type: str) -> tuple[JointUnit, ...]:
         """Units of this quantity for joints that slide (``prismatic``), or turn."""
@@ -149,12 +166,16 @@ def _unread(name: str, layout: Layout, bindings: StateContractBindings) -> list[
     if named not in (0, wanted):
         other = "" if not wanted else "; joints in any number: state_contract.joints"
         problems.append(f"joint_names: expected {wanted} for layout {name}, got {named}{other}")
-    reads_gripper = layout.gripper_qpos_joints or "gripper_qpos_joints" in layout.required
-    if bindings.gripper_qpos_joints and not reads_gripper:
-        problems.append(f"gripper_qpos_joints: layout {name} reads none")
+    read = layout.read
+    given = bindings.model_dump(exclude_defaults=True)
+    problems += [
+        f"{binding}: layout {name} reads none (valid: {', '.join(read) or 'none'})"
+        for binding, value in given.items()
+        if value and binding not in (*read, "joint_names")
+    ]
     problems += [
         f"quaternion_signs: layout {name} has no rotation of {frame}"
         for frame in bindings.quaternion_signs
-        if frame not in layout.required
+        if "quaternion_signs" in read and frame not in layout.required
     ]
     return problems

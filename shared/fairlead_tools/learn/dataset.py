@@ -14,6 +14,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 from zipfile import BadZipFile
 
 import msgspec
@@ -23,6 +24,7 @@ import numpy.typing as npt
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.skill.manifest import SkillManifest
+from fairlead_tools.learn.meaning import differences, meaning
 
 FILE = "dataset.json"
 _ARRAYS = ("states", "rows", "acted")
@@ -58,6 +60,7 @@ class Header(msgspec.Struct, frozen=True):
     deviation of what was added to a number of a row, as a share of its full scale.
     expert: that was asked; "" for none.
     pictures: their names.
+    meaning: what the skill's manifest said of all these numbers, as `learn.meaning` has it.
     """
 
     skill: str
@@ -70,6 +73,7 @@ class Header(msgspec.Struct, frozen=True):
     expert: str = ""
     pictures: tuple[str, ...] = ()
     episodes: tuple[Told, ...] = ()
+    meaning: dict[str, Any] = {}
 
 
 def begin(folder: Path, skill: SkillManifest, robot: str, noise: float, expert: str = "") -> Header:
@@ -84,7 +88,7 @@ def begin(folder: Path, skill: SkillManifest, robot: str, noise: float, expert: 
     folder.mkdir(parents=True, exist_ok=True)
     header = Header(
         skill.id, skill.skill_hash.hex(), robot, skill.state_contract.layout_name, skill.prompt,
-        skill.rate_hz, noise, expert, tuple(skill.images),
+        skill.rate_hz, noise, expert, tuple(skill.images), meaning=meaning(skill),
     )  # fmt: skip
     _write(folder, header)
     return header
@@ -155,7 +159,27 @@ def same_kind(folders: Sequence[Path]) -> Header:
         )
         if got != wanted:
             raise ConfigError(expected(f"dataset {folder}", f"one of {wanted}", got))
+        _require_meaning(folder, one, f"dataset {folders[0]}", headers[0].meaning)
     return headers[0]
+
+
+def require_skill(folder: Path, skill: SkillManifest) -> None:
+    """That a dataset's numbers are those of the skill as it is now.
+
+    Raises:
+        ConfigError: with all that differs.
+    """
+    _require_meaning(folder, read_header(folder), f"skill {skill.id}", meaning(skill))
+
+
+def _require_meaning(folder: Path, header: Header, who: str, wanted: dict[str, Any]) -> None:
+    if not header.meaning:
+        what = "one that says what its numbers mean"
+        raise ConfigError(expected(f"dataset {folder}", what, "an older one; record it again"))
+    problems = list(differences(wanted, header.meaning))
+    if problems:
+        listed = "".join(f"\n  {one}" for one in problems)
+        raise ConfigError(f"dataset {folder}: its numbers mean others than those of {who}:{listed}")
 
 
 def _names(header: Header) -> tuple[str, ...]:

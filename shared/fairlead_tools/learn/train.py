@@ -17,7 +17,7 @@ import yaml
 
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
-from fairlead_tools.learn.dataset import episodes, read_header, same_kind
+from fairlead_tools.learn.dataset import episodes, read_header, require_skill, same_kind
 from fairlead_tools.learn.labels import Labels, label
 from fairlead_tools.learn.network import features, fit, onnx_bytes
 from fairlead_tools.parity.local_episode import make_policy
@@ -53,8 +53,8 @@ def train(
     """Write the skill ``target``: its manifest is the expert's but for the policy.
 
     Raises:
-        ConfigError: datasets of another layout, another expert than the scripted one, a target
-            that is there, scikit-learn or onnx not installed.
+        ConfigError: datasets that differ, or whose numbers are not the expert's; another expert
+            than the scripted one, a target that is there, scikit-learn or onnx not installed.
     """
     libraries = _libraries()
     header = same_kind(folders)
@@ -65,6 +65,7 @@ def train(
         raise ConfigError(
             expected(f"train: {expert.id}", f"the backend {EXPERT}", expert.policy.backend)
         )
+    require_skill(folders[0], expert)
     require_new(target)
     policy = make_policy(_without_memory(expert))
     found = [one for folder in folders for one in episodes(folder)]

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead_tools.learn.dataset import Header, episodes, same_kind
+from fairlead_tools.learn.dataset import Header, episodes, require_skill, same_kind
 from fairlead_tools.learn.sight import fit_pictures, forward, sight_onnx
 from fairlead_tools.learn.train import (
     HELD_OUT,
@@ -43,12 +43,14 @@ def train_sight(
     """Write the skill ``target``: the manifest of the recorded one, but for the policy.
 
     Raises:
-        ConfigError: datasets that differ, without an expert's labels, with several pictures or one
-            that is not square; a target that is there; jax, optax or onnx not installed.
+        ConfigError: datasets that differ, whose manifest has changed since, without an expert's
+            labels, with several pictures or one that is not square; a target that is there; jax,
+            optax or onnx not installed.
     """
     header = same_kind(folders)
     require_new(target)
     skill = load_skill(header.skill)
+    require_skill(folders[0], skill)
     name = _picture(header, skill)
     libraries = _libraries()
     found = [one for folder in folders for one in episodes(folder)]

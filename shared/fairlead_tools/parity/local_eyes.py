@@ -80,9 +80,16 @@ class LocalEyes:
             self._buffer.add_image(image)
 
     def observation(self, tick: int, state: FloatArray) -> Observation:
-        """Of the tick that was looked at last, with its state vector, float64 ``[dim]``."""
+        """Of the tick that was looked at last, with its state vector, float64 ``[dim]``.
+
+        Raises:
+            ConfigError: what a deployed policy would wait for: no frame that counts.
+        """
         self.feel(tick, state)
         assert self._buffer is not None
+        missing = self._buffer.missing(tick)
+        if missing:
+            raise ConfigError(f"skill {self._skill.id}: tick {tick}: nothing to go by: {missing}")
         return self._buffer.gather().observation
 
     def feel(self, tick: int, state: FloatArray) -> None:

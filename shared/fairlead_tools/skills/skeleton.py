@@ -149,14 +149,14 @@ CARTESIAN_SLOT = """\
       control_mode: cartesian_delta
       ee: {ee}
       frame: {frame}
-      scale: [{shift}, {shift}, {shift}, {turn}, {turn}, {turn}] # m and rad in one period"""
+      scale: [{shift}, {shift}, {shift}, {turn}, {turn}, {turn}] # m and rad in one row"""
 
 SHIFT_SLOT = """\
       control_mode: cartesian_delta
       ee: {ee}
       frame: {frame}
       axes: [0, 1, 2] # x y z; the tool turns as {joints} joints need it to
-      scale: {shift} # m in one period"""
+      scale: {shift} # m in one row"""
 
 VELOCITY_SLOT = """\
       control_mode: joint_velocity

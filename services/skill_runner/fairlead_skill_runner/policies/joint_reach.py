@@ -153,7 +153,7 @@ def _seen(skill: SkillManifest) -> tuple[str, ...]:
         return load_layout(contract.layout).bound_joints(contract.bindings)
     found: list[str] = []
     for field in contract.joints:
-        if (field.quantity, field.unit) != ("position", "rad"):
+        if (field.quantity, field.unit, field.in_units) != ("position", "rad", True):
             break
         found += field.names
     return tuple(found)

@@ -16,6 +16,8 @@ STATE, _ACTION = "observation.state", "action"
 _PROCESSORS = ("policy_preprocessor.json", "policy_postprocessor.json")
 _FILES = ("config.json", "model.safetensors", *_PROCESSORS)
 _OURS = "lerobot."
+_POSITION = ".pos"  # behind the names of its robots' motors
+_WHERE = {STATE: "state_contract.joints", _ACTION: "slots"}
 
 Stamp = tuple[tuple[int, int], ...]
 
@@ -90,25 +92,52 @@ def check_dataset(skill: SkillManifest, folder: Path) -> None:
     except (ValueError, KeyError, TypeError) as error:
         raise ConfigError(f"{WHO}: dataset: {path}: no LeRobotDataset: {error!r}") from None
     problems = [
-        expected(f"the names of {key}", " or ".join(map(", ".join, ours)), ", ".join(named[key]))
+        expected(f"the names of {key}", " or ".join(map(", ".join, ours)), ", ".join(joints))
         for key, ours in _our_names(skill).items()
-        if named[key] not in ours
+        if (joints := _joints(named[key])) not in ours
     ]
+    problems += [one for key in named for one in _unit_problems(skill, key, named[key])]
     if rate_hz != skill.rate_hz:
         problems.append(expected("rate_hz", f"{rate_hz:g}, its fps", f"{skill.rate_hz:g}"))
     _require_none(str(folder), skill, problems)
 
 
 def _listed(names: Any) -> list[str]:
-    """Of the skill's own words for them; lerobot's robots add .pos to a joint's name."""
     flat = next(iter(names.values())) if isinstance(names, dict) else names
-    return [str(name).removesuffix(".pos") for name in flat]
+    return [str(name) for name in flat]
+
+
+def _joints(names: Iterable[str]) -> list[str]:
+    """Of the skill's own words for them; lerobot's robots add .pos to a joint's name."""
+    return [name.removesuffix(_POSITION) for name in names]
+
+
+def _unit_problems(skill: SkillManifest, key: str, names: Iterable[str]) -> Iterator[str]:
+    """Lerobot's robots have units and zeros of their own, which no dataset tells."""
+    plain = {
+        STATE: [field.names for field in skill.state_contract.joints if field.in_units],
+        _ACTION: [
+            slot.joint_names or ()
+            for slot in skill.action_contract.routed
+            if slot.scale is None and slot.offset is None
+        ],
+    }[key]
+    as_lerobot = {f"{name}{_POSITION}" for joints in plain for name in joints}
+    found = [name for name in names if name in as_lerobot]
+    if found:
+        yield expected(
+            f"{key}: {', '.join(found)}",
+            f"their scale or offset in the skill's {_WHERE[key]}: numbers of LeRobot's robots are "
+            "-100 to 100 or degrees, a gripper's 0 to 100, from the zeros of its own calibration",
+            "neither",
+        )
 
 
 def _our_names(skill: SkillManifest) -> dict[str, list[list[str]]]:
     """As `export lerobot` writes them, or joints."""
     joints = [name for field in skill.state_contract.joints for name in field.names]
-    moved = [name for slot in skill.action_contract.routed for name in slot.joint_names or ()]
+    slots = sorted(skill.action_contract.routed, key=lambda slot: slot.first)
+    moved = [name for slot in slots for name in slot.joint_names or ()]
     ours = {STATE: [list(state_names(skill)), joints], _ACTION: [list(action_names(skill)), moved]}
     dims = {STATE: skill.state_contract.dim, _ACTION: skill.action_contract.dim}
     return {key: [one for one in ours[key] if len(one) == dims[key]] for key in ours}
@@ -137,7 +166,9 @@ def _problems(skill: SkillManifest, told: Mapping[str, Any]) -> Iterator[str]:
     for what, ours in given.items():
         if list(ours) != deltas:
             yield expected(f"{what}.deltas", f"{deltas}, the checkpoint's", list(ours))
-    named = _listed(told["action_names"])
+    said = _listed(told["action_names"])
+    yield from _unit_problems(skill, _ACTION, said)
+    named = _joints(said)
     for own in _our_names(skill)[_ACTION]:
         if sorted(own) == sorted(named) and own != named:
             yield expected("the order of action", ", ".join(own), ", ".join(named))
