@@ -64,7 +64,7 @@ TEST_CASE("G030 a judgement that has looked 512 times goes no further") {
   CHECK(cut.configurations == 512);
   CHECK(cut.evidence.code == 30);
   CHECK(cut.evidence.row == 2);
-  CHECK(cut.evidence.axis == "looks");
+  CHECK(cut.evidence.axis == "queries");
   CHECK(cut.evidence.value == 512.0);
   CHECK(cut.evidence.limit == 512.0);
 }
@@ -105,7 +105,7 @@ TEST_CASE("G030 wherever the looks run out, none is taken beyond, and that row i
     const Judgement cut = judged(queries);
     CHECK(cut.configurations == queries);
     CHECK(cut.evidence.code == 30);
-    CHECK(cut.evidence.axis == "looks");
+    CHECK(cut.evidence.axis == "queries");
     CHECK(cut.evidence.limit == static_cast<double>(queries));
     CHECK(cut.row_count >= rows);
     rows = cut.row_count;

@@ -70,7 +70,7 @@ TEST_CASE("G030 rows that lead nowhere count their looks, too") {
   CHECK(judged.configurations == 512);
   CHECK(judged.evidence.code == 30);
   CHECK(judged.evidence.row == 13);
-  CHECK(judged.evidence.axis == "looks");
+  CHECK(judged.evidence.axis == "queries");
 }
 
 TEST_CASE("a tool that is told to stay keeps its joints, bit by bit; not in the first row") {
@@ -114,5 +114,5 @@ TEST_CASE("G030 between the ends of a gain nothing is looked at any more either"
   CHECK(judged.configurations == 512);
   CHECK(judged.evidence.code == 30);
   CHECK(judged.evidence.row == 14);
-  CHECK(judged.evidence.axis == "looks");
+  CHECK(judged.evidence.axis == "queries");
 }

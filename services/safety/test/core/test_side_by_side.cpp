@@ -159,7 +159,7 @@ TEST_CASE("G030 where two claims hold rows, a new state gives half the looks to 
     if (!fingers_move) continue;
     CHECK(verdicts[0].claim_id == rig.tool_claim);
     CHECK(verdicts[0].code == 30);
-    CHECK(verdicts[0].axis == "looks");
+    CHECK(verdicts[0].axis == "queries");
     CHECK(verdicts[0].limit == 256.0);
   }
 }

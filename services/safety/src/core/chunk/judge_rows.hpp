@@ -47,8 +47,8 @@ class QueryBudget {
   /// G030 where none is left.
   Evidence take() {
     if (taken_ == most_)
-      return above(code::unreachable, "looks", static_cast<double>(taken_),
-                   static_cast<double>(most_), "configurations that one judgement looks at");
+      return above(code::unreachable, "queries", static_cast<double>(taken_),
+                   static_cast<double>(most_), "configurations that one judgement queries");
     ++taken_;
     return {};
   }
