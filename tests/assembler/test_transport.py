@@ -98,6 +98,18 @@ async def test_layout_carries_the_tick_of_the_joints(wire: Wire, feed: RobotFeed
 
 
 @pytest.mark.asyncio
+async def test_a_skill_that_cannot_be_looked_at_is_no_reason_to_end(
+    wire: Wire, feed: RobotFeed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / ("x" * 300)))
+    wire.bus.declare_token(KEYS.want_layout("elsewhere"))
+    await wire.said("cannot assemble for elsewhere: .*File name too long")
+    await wire.want()
+    wire.tick(feed, 1)
+    assert KEYS.layout(SKILL) in wire.keys_seen()
+
+
+@pytest.mark.asyncio
 async def test_whose_joint_states_these_are_is_the_gates_word(
     wire: Wire, feed: RobotFeed, robot: RobotManifest
 ) -> None:
