@@ -67,7 +67,8 @@ class OfferedSkills:
         self._options.check_servers(found)
         if not found:
             self._log.warning(
-                "no skill is made for %s; make one: fairlead skill new, fairlead skill install",
+                "no skill is made for %s; make one: fairlead skill new, "
+                "fairlead skill install --link",
                 self._robot.id,
             )
         return found

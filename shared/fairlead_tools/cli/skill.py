@@ -264,10 +264,10 @@ def new_command(
         raise ConfigError(
             f"skill new: cannot write {folder.absolute()}: {error.strerror}"
         ) from None
-    echo(f"next: fairlead skill install {folder}")
+    echo(f"next: fairlead skill install --link {folder}")
 
 
-@example("fairlead skill install my-wave")
+@example("fairlead skill install --link my-wave")
 def install_command(
     path: Annotated[
         Path, typer.Argument(exists=True, file_okay=False, help="folder that holds rskill.yaml")
