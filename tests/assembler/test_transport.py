@@ -10,6 +10,7 @@ import pytest
 import pytest_asyncio
 import yaml
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.messages import JointState, LayoutState, Lease, TransformBatch, decode, encode
@@ -19,7 +20,7 @@ from fairlead.wire.bus import Qos, Sample, Undeclare
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_state_assembler import transport
 from fairlead_state_assembler.core import AssemblerCore
-from fairlead_state_assembler.options import read_options
+from fairlead_state_assembler.options import AssemblerOptions
 from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.transport import AssemblerTransport
 from tests.assembler.robot_feed import SKILL, RobotFeed
@@ -192,7 +193,7 @@ async def test_closed_transport_listens_no_more(wire: Wire, feed: RobotFeed) -> 
 
 
 def test_options_declare_the_age_of_slow_frames() -> None:
-    assert read_options("state_assembler", {"max_age_ticks": {"odom": 4}}).max_age_ticks == {
+    assert checked_model("", AssemblerOptions, {"max_age_ticks": {"odom": 4}}).max_age_ticks == {
         "odom": 4
     }
 
@@ -216,5 +217,5 @@ def test_options_declare_the_age_of_slow_frames() -> None:
 )
 def test_option_that_does_not_fit_is_refused(options: dict[str, object], problem: str) -> None:
     with pytest.raises(ConfigError) as error:
-        read_options("state_assembler", options)
-    assert str(error.value) == f"service state_assembler: options: 1 problem(s):\n  {problem}"
+        checked_model("options", AssemblerOptions, options)
+    assert str(error.value) == f"options: 1 problem(s):\n  {problem}"

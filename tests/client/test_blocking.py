@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import gc
-import inspect
 import signal
 import subprocess
 import sys
@@ -14,11 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from fairlead import Robot, RobotClient, connect
+from fairlead import RobotClient, connect
 from fairlead.errors import ConfigError, MessageError, NoAnswerError, TransportError
 from fairlead.operate.blocking import LoopThread
 from fairlead.paths import STATE_VARIABLE, repo_root
-from fairlead.robot.manifest import load_robot
 from tests.client.scripted_robot import DEPLOYMENT, GOAL_ID, ScriptedRobot
 from tests.client.turns import turns
 
@@ -195,43 +193,6 @@ def test_a_subscription_ends_with_its_block_or_when_nobody_refers_to_it(
     gc.collect()
     robot.joint_states().close()  # the loop has come round
     assert listeners == before
-
-
-ONLY_ON_A_LOOP = {
-    "ask": "its methods ask; a message of one's own is for programs on a loop",
-    "by": "`connect` was told it",
-    "open": "`connect` does it",
-    "times_gone": "a goal asks it, to know whether its runner was away",
-}
-"""What `Robot` has and `RobotClient` has not, and why."""
-
-
-def test_each_method_has_a_namesake_that_takes_the_same(robot: RobotClient) -> None:
-    def public(of: object) -> set[str]:
-        return {name for name in dir(of) if name[0] != "_"}
-
-    def parameters(of: type) -> dict[str, dict[str, inspect.Parameter]]:
-        found = {name: getattr(of, name, None) for name in public(robot)}
-        return {
-            name: dict(inspect.signature(one).parameters)
-            for name, one in found.items()
-            if callable(one)
-        }
-
-    assert public(vars(robot)["_robot"]) - ONLY_ON_A_LOOP.keys() == public(robot)
-    assert not ONLY_ON_A_LOOP.keys() & public(robot)
-    assert {"arm", "cancel", "claim", "run", "stop", "topic"} <= parameters(RobotClient).keys()
-    assert parameters(RobotClient) == parameters(Robot)
-
-
-def test_a_stop_needs_no_reason(robot: RobotClient, scripted: ScriptedRobot) -> None:
-    robot.stop()
-    robot.stop("hand in the cell")
-    assert [one.reason for one in scripted.stops] == ["operator", "hand in the cell"]
-
-
-def test_its_robot_is_described(robot: RobotClient) -> None:
-    assert robot.manifest == load_robot(robot.deployment.robot)
 
 
 def test_it_may_be_used_from_several_threads(robot: RobotClient) -> None:
