@@ -214,12 +214,14 @@ POLL_S = 0.05
 
 
 @example("fairlead down panda_mobile")
-def down_command(deployment: RunningArgument = None) -> None:
+def down_command(name: RunningArgument = None, deployment: RunningOption = None) -> None:
     """Stop a deployment that runs on this machine, and wait until its processes are gone.
 
     Ends what `fairlead up` and `fairlead service` started.
     """
-    entry = choose_running(deployment)
+    if name and deployment:
+        raise ConfigError(f"down: expected one deployment, got {name} and {deployment}")
+    entry = choose_running(name or deployment)
     managed = [name for name, service in entry.by_hand.items() if service.managed]
     if managed:
         robot, _, namespace = entry.name.partition("@")
