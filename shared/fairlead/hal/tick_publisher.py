@@ -190,7 +190,7 @@ class FrameSource:
         self.failure = "" if feed or not cameras else "cameras off: no renderer was started"
         self._late: threading.Thread | None = None
         if feed is not None and not self._lockstep:
-            self._late = threading.Thread(target=self._publish_late, name="frames", daemon=True)
+            self._late = threading.Thread(target=self._publish_late, name="cameras", daemon=True)
             self._late.start()
 
     @property
