@@ -86,13 +86,7 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     moved = {name: abs(now - before[name]) for name, now in arm_joints(up).items()}
     assert max(moved.values()) > MOVED_RAD, moved
 
-    picture = up.state / "run.png"
-    for words in ((), ("-d", up.name)):  # after the run, which is the newest claim's
-        drawn = up.do("plot", *words, "--out", str(picture))
-        assert drawn.stdout.startswith(f"{picture}: ticks "), drawn.stderr
-        assert picture.read_bytes().startswith(b"\x89PNG")
-        picture.unlink()
-
+    assert_its_run_can_be_drawn(up)
     logs = up.read("logs", "safety", "--lines", "50")
     who = f"by {getpass.getuser()}@{socket.gethostname()} (fairlead run)"
     assert any(line.endswith(f"armed {who}") for line in logs["safety"])
@@ -106,6 +100,15 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert up.process.wait(timeout=10.0) == 0
     assert up.processes() == []
     assert up.read("ps") == []
+
+
+def assert_its_run_can_be_drawn(up: Up) -> None:
+    picture = up.state / "run.png"
+    for words in ((), ("-d", up.name)):
+        drawn = up.do("plot", *words, "--out", str(picture))
+        assert drawn.stdout.startswith(f"{picture}: ticks "), drawn.stderr
+        assert picture.read_bytes().startswith(b"\x89PNG")
+        picture.unlink()
 
 
 def arm_joints(up: Up) -> dict[str, float]:
