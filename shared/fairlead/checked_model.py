@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import re
 import types
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -17,24 +18,45 @@ Model = TypeVar("Model", bound=BaseModel)
 Place = tuple[int | str, ...]
 """Keys and indices that lead to a value."""
 
+Locate = Callable[[Place], str]
+"""Says what to write before a complaint about the value at a place, such as its line."""
+
+
+def nowhere(place: Place) -> str:
+    """What is known of the line of data that come from no file."""
+    return ""
+
+
 _SCALARS = (str, int, float, type(None))
 """What an error repeats; a whole block would not help."""
+
+
+class MisfitError(ConfigError):
+    """Data do not fit their model."""
+
+    def __init__(self, who: str, problems: Sequence[tuple[Place, str]], locate: Locate) -> None:
+        text = "".join(f"\n  {locate(place)}{said}" for place, said in problems)
+        super().__init__(f"{who}: {len(problems)} problem(s):{text}")
+        self._who, self._problems = who, problems
+
+    def located(self, locate: Locate) -> MisfitError:
+        """The same by somebody who knows where the data come from."""
+        return MisfitError(self._who, self._problems, locate)
 
 
 def checked_model(
     who: str,
     model: type[Model],
     data: Mapping[str, Any],
-    locate: Callable[[Place], str] = lambda place: "",
+    locate: Locate = nowhere,
 ) -> Model:
     """``data`` as ``model``.
 
     Args:
         who: the file or the option block, as errors call it.
-        locate: what to write before a complaint about the value at a place, such as its line.
 
     Raises:
-        ConfigError: naming every field that does not fit; for an unknown key also the valid
+        MisfitError: naming every field that does not fit; for an unknown key also the valid
             ones and the one that was probably meant.
     """
     try:
@@ -46,13 +68,51 @@ def checked_model(
             p for item in items if not _follows(item, items) for p in _problems(item, model)
         ]
     if problems:
-        text = "".join(f"\n  {locate(place)}{_dotted(place)}: {said}" for place, said in problems)
-        raise ConfigError(f"{who}: {len(problems)} problem(s):{text}")
+        told = [(_told_place(data, place, text), _dotted(place) + text) for place, text in problems]
+        raise MisfitError(who, told, locate)
     return checked
 
 
 def _dotted(place: Place) -> str:
-    return ".".join(str(part) for part in place) or "(top level)"
+    return "".join(f"{part}." for part in place)[:-1] + ": " if place else ""
+
+
+_TOLD = re.compile(r"(?:([a-z ]+) )?'([^']+)'(?:: )?|([^\s':]+): ")
+"""How a complaint may begin: ``part 'arm': ``, ``joint 'x' is``, ``seam.blend_ticks: ``."""
+
+
+def _told_place(data: Any, place: Place, said: str) -> Place:
+    """The place that a complaint about ``place`` goes on to name, as far as the data has it."""
+    told, value = _follow(data, place)
+    while begun := _TOLD.match(said):
+        kind, name, dotted = begun.groups()
+        steps = dotted.split(".") if dotted else [f"{kind}s".replace(" ", "_"), name]
+        led, value_there = _follow(value, steps)
+        if not led:
+            break
+        told, value, said = (*told, *led), value_there, said[begun.end() :]
+    return told or place
+
+
+def _follow(value: Any, steps: Iterable[int | str]) -> tuple[Place, Any]:
+    """Those of some steps that lead on from a value, and what they lead to.
+
+    A name leads to the item of a list that has it, or is it.
+    """
+    led: Place = ()
+    for step in steps:
+        inside: Iterable[tuple[int | str, Any]] = ()
+        if isinstance(value, Mapping):
+            inside = value.items()
+        elif isinstance(value, list | tuple):
+            inside = enumerate(value)
+        for key, one in inside:
+            has_name = isinstance(step, str) and isinstance(value, list | tuple)
+            name = one.get("name") if isinstance(one, Mapping) else one
+            if str(key) == str(step) or (has_name and name == step):
+                led, value = (*led, key), one
+                break
+    return led, value
 
 
 def _other_kinds(place: Place, raw: Any, checked: Any) -> Iterator[tuple[Place, str]]:

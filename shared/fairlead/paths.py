@@ -236,14 +236,26 @@ def _users_own(variable: str, folder: str) -> Path:
 
 
 def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> Path:
+    try:
+        return _find_named(what, name, parents, manifest)
+    except OSError as error:  # one that may not be entered, or whose network drive is gone
+        raise ConfigError(
+            f"{what} {name!r}: cannot look at {error.filename}: {error.strerror}"
+        ) from None
+
+
+def _find_named(what: str, name: str, parents: Sequence[Path], manifest: str) -> Path:
     fits = name and len(name.encode(errors="replace")) < _LONGEST_NAME  # else looking is an error
-    found = [parent / name for parent in parents if fits and (parent / name / manifest).is_file()]
-    packaged = [folder for folder in found if folder.parent not in parents[:2]]
-    if "/" not in name and found:
-        if len(packaged) > 1 and found == packaged:
+    if fits and "/" not in name:
+        for parent in parents[:2]:
+            if (parent / name / manifest).is_file():
+                return parent / name
+        packaged = [one / name for one in parents[2:] if (one / name / manifest).is_file()]
+        if len(packaged) > 1:
             owners = " and ".join(map(str, packaged))
             raise ConfigError(f"{what} {name!r}: {owners} have it; uninstall one of the packages")
-        return found[0]
+        if packaged:
+            return packaged[0]
     files = [one for parent in parents for one in parent.glob(f"*/{manifest}") if one.is_file()]
     known = sorted({one.parent.name for one in files})
     valid = f"(valid: {', '.join(known) or 'none'})"

@@ -11,7 +11,7 @@ from typing import TypeVar
 import yaml
 from pydantic import BaseModel
 
-from fairlead.checked_model import Place, checked_model
+from fairlead.checked_model import Locate, Place, checked_model
 from fairlead.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -87,13 +87,25 @@ def load_yaml(path: Path, model: type[Model]) -> Model:
     if not isinstance(data, dict):
         got = "nothing" if data is None else type(data).__name__
         raise ConfigError(f"{path}: expected `key: value` lines, got {got}")
-    return checked_model(str(path), model, data, lambda place: f"{path}:{_line(root, place)}: ")
+    return checked_model(str(path), model, data, lambda place: _where(path, root, place))
 
 
-def _line(node: yaml.Node | None, place: Place) -> str:
-    """``line:column`` of the key or item at ``place``; of the block it should stand in."""
-    assert node is not None
-    mark = node.start_mark
+def locator(path: Path) -> Locate:
+    """Says ``file:line:column: `` of what is at a place in a file, read when it is asked."""
+
+    def locate(place: Place) -> str:
+        try:
+            root = _read(path)[1]
+        except ConfigError:  # it is gone, or broken since
+            root = None
+        return _where(path, root, place)
+
+    return locate
+
+
+def _where(path: Path, node: yaml.Node | None, place: Place) -> str:
+    """``file:line:column: `` of the key or item at ``place``, else of the block it should be in."""
+    mark = None
     for step in place:  # one that leads nowhere is pydantic's: a kind that it tried
         if isinstance(node, yaml.MappingNode):
             for key, value in node.value:
@@ -103,7 +115,7 @@ def _line(node: yaml.Node | None, place: Place) -> str:
         elif isinstance(node, yaml.SequenceNode) and step in range(len(node.value)):
             node = node.value[int(step)]
             mark = node.start_mark
-    return f"{mark.line + 1}:{mark.column + 1}"
+    return f"{path}: " if mark is None else f"{path}:{mark.line + 1}:{mark.column + 1}: "
 
 
 def _read(path: Path) -> tuple[object, yaml.Node | None]:

@@ -70,7 +70,7 @@ def test_whatever_the_order_in_the_file_the_hal_dials_nobody_and_the_gate_only_i
 @pytest.mark.parametrize(
     ("changes", "problem"),
     [
-        ({"localiser": "operator"}, "operator: tools have this name"),
+        ({"localiser": "operator"}, "localiser: tools have this name"),
         ({"access": "shut"}, "Input should be 'closed' or 'open'"),
     ],
 )

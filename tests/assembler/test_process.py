@@ -135,5 +135,5 @@ def test_unknown_option_ends_the_process_with_one_line(tmp_path: Path) -> None:
     assert process.returncode == 1
     assert output.partition(" ")[2] == (
         "ERROR fairlead-state-assembler: service state_assembler: options: 1 problem(s):\n"
-        "  max_age: unknown key, did you mean max_age_ticks? (valid: max_age_ticks)\n"
+        f"  {path}:11:7: max_age: unknown key, did you mean max_age_ticks? (valid: max_age_ticks)\n"
     )

@@ -10,6 +10,7 @@ import pytest
 import pytest_asyncio
 import yaml
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.messages import JointState, LayoutState, Lease, TransformBatch, decode, encode
@@ -19,7 +20,7 @@ from fairlead.wire.bus import Qos, Sample, Undeclare
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_state_assembler import transport
 from fairlead_state_assembler.core import AssemblerCore
-from fairlead_state_assembler.options import read_options
+from fairlead_state_assembler.options import AssemblerOptions
 from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.transport import AssemblerTransport
 from tests.assembler.robot_feed import SKILL, RobotFeed
@@ -95,6 +96,18 @@ async def test_layout_carries_the_tick_of_the_joints(wire: Wire, feed: RobotFeed
     wire.tick(feed, 1)
     state = decode(LayoutState, wire.seen[0].payload)
     assert (state.tick, state.fault) == (1, None)
+
+
+@pytest.mark.asyncio
+async def test_a_skill_that_cannot_be_looked_at_is_no_reason_to_end(
+    wire: Wire, feed: RobotFeed, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(SKILLS_VARIABLE, str(tmp_path / ("x" * 300)))
+    wire.bus.declare_token(KEYS.want_layout("elsewhere"))
+    await wire.said("cannot assemble for elsewhere: .*File name too long")
+    await wire.want()
+    wire.tick(feed, 1)
+    assert KEYS.layout(SKILL) in wire.keys_seen()
 
 
 @pytest.mark.asyncio
@@ -180,7 +193,7 @@ async def test_closed_transport_listens_no_more(wire: Wire, feed: RobotFeed) -> 
 
 
 def test_options_declare_the_age_of_slow_frames() -> None:
-    assert read_options("state_assembler", {"max_age_ticks": {"odom": 4}}).max_age_ticks == {
+    assert checked_model("", AssemblerOptions, {"max_age_ticks": {"odom": 4}}).max_age_ticks == {
         "odom": 4
     }
 
@@ -204,5 +217,5 @@ def test_options_declare_the_age_of_slow_frames() -> None:
 )
 def test_option_that_does_not_fit_is_refused(options: dict[str, object], problem: str) -> None:
     with pytest.raises(ConfigError) as error:
-        read_options("state_assembler", options)
-    assert str(error.value) == f"service state_assembler: options: 1 problem(s):\n  {problem}"
+        checked_model("options", AssemblerOptions, options)
+    assert str(error.value) == f"options: 1 problem(s):\n  {problem}"

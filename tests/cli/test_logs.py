@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead_tools.supervisor.service_log import ServiceLog
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
 
@@ -48,21 +52,46 @@ def test_following_prints_what_is_added_also_in_a_new_file_until_interrupted(
     logs: dict[str, ServiceLog], tmp_path: Path
 ) -> None:
     logs["hal"].append(WHEN.format(0, "hal", "before"))
-    process = subprocess.Popen(
-        fairlead_command("logs", "--state-dir", str(tmp_path / "state"), "--follow"),
-        env=fairlead_environment(tmp_path),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    try:
+    with following(tmp_path, "--state-dir", str(tmp_path / "state")) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == f"[hal] {WHEN.format(0, 'hal', 'before')}\n"
         for number in range(1, 6):  # two of them fill a file
             logs["hal"].append(WHEN.format(number, "hal", "after"))
             assert process.stdout.readline() == f"[hal] {WHEN.format(number, 'hal', 'after')}\n"
+        logs["safety"].append(WHEN.format(6, "safety", "late"))  # its first
+        assert process.stdout.readline() == f"[safety] {WHEN.format(6, 'safety', 'late')}\n"
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=20.0)[0] == ""
         assert process.returncode == 0
-    finally:
-        process.kill()
+
+
+def test_a_service_that_has_printed_nothing_yet_is_followed(
+    logs: dict[str, ServiceLog], tmp_path: Path
+) -> None:
+    starting = {name: ServiceEntry(None, False, 0) for name in ("hal", "safety")}
+    own = process_id(os.getpid())
+    Registry(tmp_path).write(Running("r", "r.yaml", str(tmp_path / "state"), own, starting))
+    assert (said := fairlead("logs", "safety", state=tmp_path)).returncode == 0, said.stderr
+    assert said.stdout == ""
+    assert "(valid: hal, safety)" in fairlead("logs", "gate", "-f", state=tmp_path).stderr
+    with following(tmp_path, "safety") as process:
+        logs["hal"].append(WHEN.format(0, "hal", "another"))
+        logs["safety"].append(WHEN.format(1, "safety", "first"))
+        assert process.stdout is not None
+        assert process.stdout.readline() == f"[safety] {WHEN.format(1, 'safety', 'first')}\n"
+
+
+@contextmanager
+def following(state: Path, *words: str) -> Iterator[subprocess.Popen[str]]:
+    """``fairlead logs --follow``, which does not outlive the block."""
+    with subprocess.Popen(
+        fairlead_command("logs", "--follow", *words),
+        env=fairlead_environment(state),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()

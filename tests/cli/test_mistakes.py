@@ -92,7 +92,7 @@ BROKEN_FILES = {
     "nothing in it": ("", "expected `key: value` lines, got nothing"),
     "a list": ("- 1\n", "expected `key: value` lines, got list"),
     "a port that cannot be": (COMPOSED.replace(":7502", ":99999"), "services.safety.listen: "),
-    "two services on a port": (COMPOSED.replace(":7502", ":7501"), "hal and safety listen on"),
+    "two services on a port": (COMPOSED.replace(":7502", ":7501"), "safety.listen: hal listens on"),
     "a key given twice": (COMPOSED + "id: twice\n", "key 'id' is given twice, first in line "),
 }
 

@@ -86,6 +86,7 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     moved = {name: abs(now - before[name]) for name, now in arm_joints(up).items()}
     assert max(moved.values()) > MOVED_RAD, moved
 
+    assert_its_run_can_be_drawn(up)
     logs = up.read("logs", "safety", "--lines", "50")
     who = f"by {getpass.getuser()}@{socket.gethostname()} (fairlead run)"
     assert any(line.endswith(f"armed {who}") for line in logs["safety"])
@@ -99,6 +100,15 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert up.process.wait(timeout=10.0) == 0
     assert up.processes() == []
     assert up.read("ps") == []
+
+
+def assert_its_run_can_be_drawn(up: Up) -> None:
+    picture = up.state / "run.png"
+    for words in ((), ("-d", up.name)):
+        drawn = up.do("plot", *words, "--out", str(picture))
+        assert drawn.stdout.startswith(f"{picture}: ticks "), drawn.stderr
+        assert picture.read_bytes().startswith(b"\x89PNG")
+        picture.unlink()
 
 
 def arm_joints(up: Up) -> dict[str, float]:
@@ -243,7 +253,9 @@ def test_two_robots_run_side_by_side_and_must_then_be_named(up: Up) -> None:
         for up in (one, other)
     ]
     assert states == ["armed", "disarmed"]
-    assert one.do("down", other.name).returncode == 0
+    contrary = one.do("down", one.name, "-d", other.name)
+    assert (contrary.returncode, "expected one deployment" in contrary.stderr) == (1, True)
+    assert one.do("down", "-d", other.name).returncode == 0
     end(other)
     assert [entry["name"] for entry in one.read("ps")] == [one.name]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import gc
-import inspect
 import signal
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead import Robot, RobotClient, connect
+from fairlead import RobotClient, connect
 from fairlead.errors import ConfigError, MessageError, NoAnswerError, TransportError
 from fairlead.operate.blocking import LoopThread
 from fairlead.paths import STATE_VARIABLE, repo_root
@@ -194,16 +193,6 @@ def test_a_subscription_ends_with_its_block_or_when_nobody_refers_to_it(
     gc.collect()
     robot.joint_states().close()  # the loop has come round
     assert listeners == before
-
-
-def test_each_method_takes_what_its_namesake_takes() -> None:
-    def parameters(of: type, name: str) -> dict[str, inspect.Parameter]:
-        return dict(inspect.signature(getattr(of, name)).parameters)
-
-    names = [name for name, one in vars(RobotClient).items() if inspect.isfunction(one)]
-    blocking = {name: parameters(RobotClient, name) for name in names if name[0] != "_"}
-    assert {"arm", "cancel", "claim", "run", "stop", "topic"} <= blocking.keys()
-    assert blocking == {name: parameters(Robot, name) for name in blocking}
 
 
 def test_it_may_be_used_from_several_threads(robot: RobotClient) -> None:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import pytest
 
+from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
-from fairlead_hal_sim import read_options
 from fairlead_hal_sim.driver import DRIVER
 from fairlead_hal_sim.hal_options import HalSimOptions
 
 
 def test_a_backend_is_refused_naming_the_hal_to_run_instead() -> None:
     with pytest.raises(ConfigError) as caught:
-        read_options("hal", {"backend": "kinematic"})
+        checked_model("", HalSimOptions, {"backend": "kinematic"})
     text = str(caught.value)
     assert "backend: expected none, as `run` chooses the HAL, got 'kinematic' (valid: " in text
     assert "run: hal_kinematic" in text

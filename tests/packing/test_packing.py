@@ -159,16 +159,6 @@ REFUSALS = {
         {"arm": PartCommand(ControlMode.CARTESIAN_DELTA, "odom", np.zeros(6), ())},
         "packing: part arm: expected frame 'base_link', got 'odom'",
     ),
-    "joints of two parts": (
-        {"base": base_velocity(base_yaw=0.1, panda_joint1=0.1)},
-        "packing: part base: expected joints of this one part, got base_yaw, panda_joint1 "
-        "(valid: base_x, base_y, base_yaw)",
-    ),
-    "joint that does not exist": (
-        {"base": PartCommand(ControlMode.JOINT_VELOCITY, "", np.zeros(11), (11,))},
-        "packing: part base: expected joints of this one part, got joint 11 "
-        "(valid: base_x, base_y, base_yaw)",
-    ),
     "no active joint": (
         {"base": PartCommand(ControlMode.JOINT_VELOCITY, "", np.zeros(11), ())},
         "packing: part base: expected at least one active joint, got none "

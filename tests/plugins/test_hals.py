@@ -46,7 +46,8 @@ def test_a_hal_that_no_package_has_is_refused_with_those_there_are(tmp_path: Pat
     file = deployment(tmp_path, {"run": "hal_simm"})
     with pytest.raises(ConfigError) as caught:
         words(file)
-    assert str(caught.value) == f"service hal: run: expected a HAL, got 'hal_simm' ({OURS})"
+    said = f"service hal: run: expected a HAL, got 'hal_simm' ({OURS})"
+    assert str(caught.value) == f"{file}:6:5: {said}"
     refused = command("up", str(file), state=tmp_path)
     assert (refused.returncode, refused.stderr) == (1, f"ERROR {caught.value}\n")
 
@@ -81,7 +82,8 @@ def test_what_somebody_else_starts_is_started_by_nobody_here(tmp_path: Path) -> 
     file = deployment(tmp_path, {"run": "external"})
     assert load_deployment(file).processes(None) == ["safety"]
     refused = command("service", str(file), "hal", state=tmp_path)
-    assert refused.stderr == "ERROR service hal: run is external: somebody else starts it\n"
+    what = "service hal: run is external: somebody else starts it"
+    assert refused.stderr == f"ERROR {file}:6:5: {what}\n"
 
 
 @pytest.mark.processes

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.late_machine import is_late
 from tests.repo.tree import ROOT
 
 HANGS = """
@@ -36,3 +37,14 @@ def test_each_try_has_its_time_limit_and_why_each_failed_is_told(tmp_path: Path)
     assert done.returncode == 1, done.stdout + done.stderr
     assert "AGAIN test_it.py::test_fails_then_hangs: Failed: the first try" in done.stdout
     assert "Failed: Timeout (>2.0s)" in done.stdout
+
+
+def test_on_a_busy_machine_a_bug_of_a_service_is_no_reason_to_try_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(os, "getloadavg", lambda: (1e3, 0.0, 0.0))
+    assert is_late(AssertionError("deadline instead of succeeded"))
+    assert not is_late(AssertionError("ERROR internal error, KeyError: 'x'"))
+    monkeypatch.setattr(os, "getloadavg", lambda: (0.0, 0.0, 0.0))
+    assert not is_late(AssertionError("deadline instead of succeeded"))
+    assert is_late(AssertionError("G003: state_timeout_ms"))

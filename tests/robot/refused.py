@@ -21,4 +21,4 @@ def refusal(data: dict[str, Any], folder: Path) -> str:
 
 
 def top(text: str) -> str:
-    return f"1 problem(s):\n  (top level): {text}"
+    return f"1 problem(s):\n  {text}"

@@ -126,6 +126,19 @@ def test_unknown_skill_says_that_there_is_none(checkout: Path) -> None:
     )
 
 
+def test_a_folder_that_cannot_be_looked_into_is_one_error_and_hides_nothing_that_ships(
+    checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = checkout / ("x" * 300)  # looking at it is an error to any user
+    monkeypatch.setenv("FAIRLEAD_ROBOTS", str(broken))
+    assert robot_dir("one") == checkout / "robots" / "one"
+    with pytest.raises(ConfigError) as error:
+        robot_dir("two")
+    assert str(error.value) == (
+        f"robot 'two': cannot look at {broken}/two/robot.yaml: File name too long"
+    )
+
+
 def test_name_cannot_leave_its_folder(checkout: Path) -> None:
     with pytest.raises(ConfigError, match=r"robot '\.\./robots/one': expected a name, not a path"):
         robot_dir("../robots/one")

@@ -164,7 +164,7 @@ def test_joint_in_two_parts_is_named(data: dict[str, Any], tmp_path: Path) -> No
 
 def test_a_part_that_names_a_joint_twice_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
     data["parts"][2]["joints"] = ["base_x", "base_y", "base_yaw", "base_x"]
-    assert "(top level): part 'base': joint 'base_x' is declared 2 times" in refusal(data, tmp_path)
+    assert "part 'base': joint 'base_x' is declared 2 times" in refusal(data, tmp_path)
 
 
 def test_a_binary_gripper_of_seven_joints_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
@@ -240,12 +240,12 @@ def test_manifest_in_a_folder_of_another_name_is_refused(
     folder = tmp_path / "robots" / "other"
     folder.mkdir(parents=True)
     (tmp_path / "rskills").mkdir()
-    (folder / "robot.yaml").write_text(yaml.safe_dump(data))
+    (folder / "robot.yaml").write_text("# a robot\n" + yaml.safe_dump(data, sort_keys=False))
     monkeypatch.setenv("FAIRLEAD_ROOT", str(tmp_path))
     with pytest.raises(ConfigError) as error:
         load_robot("other")
     assert str(error.value) == (
-        f"{folder / 'robot.yaml'}: expected id 'other' (its folder), got 'panda_mobile'"
+        f"{folder / 'robot.yaml'}:2:1: id: expected 'other', the folder's name, got 'panda_mobile'"
     )
 
 

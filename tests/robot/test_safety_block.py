@@ -34,9 +34,9 @@ def test_tolerance_goes_with_position_limits(data: dict[str, Any], tmp_path: Pat
     del data["safety"]["sim"]["measured"]["panda_joint1"]["tolerance"]
     data["safety"]["sim"]["measured"]["base_yaw"]["tolerance"] = 0.1
     assert refusal(data, tmp_path) == (
-        "2 problem(s):\n  (top level): safety.sim: measured: joint 'base_yaw': tolerance is given "
+        "2 problem(s):\n  safety.sim: measured: joint 'base_yaw': tolerance is given "
         "for a joint without position limits\n"
-        "  (top level): safety.sim: measured: joint 'panda_joint1': tolerance is missing"
+        "  safety.sim: measured: joint 'panda_joint1': tolerance is missing"
     )
 
 

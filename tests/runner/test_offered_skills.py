@@ -11,7 +11,7 @@ import pytest
 from fairlead.errors import ConfigError, RefusedError
 from fairlead.robot.manifest import load_robot
 from fairlead_skill_runner.offered_skills import OfferedSkills
-from fairlead_skill_runner.options import check_runner_options
+from fairlead_skill_runner.options import RunnerOptions
 from fairlead_tools.skills.skeleton import skill_skeleton
 from tests.shape.own_robot import own_robot
 
@@ -29,7 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def offer(**options: object) -> OfferedSkills:
-    return OfferedSkills("runner", check_runner_options("runner", options), MOBILE, "sim")
+    return OfferedSkills("runner", RunnerOptions.model_validate(options), MOBILE, "sim")
 
 
 def edit(file: Path, old: str, new: str) -> None:
@@ -76,7 +76,7 @@ async def test_a_robot_that_is_edited_is_read_anew_with_its_skills_and_their_pol
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot_file = own_robot(tmp_path, monkeypatch) / "robot.yaml"
-    options = check_runner_options("runner", {"skills": ["panda-joint-reach"]})
+    options = RunnerOptions(skills=("panda-joint-reach",))
     skills = OfferedSkills("runner", options, load_robot("mine"), "sim")
     first = skills.find("panda-joint-reach")
     worker = await skills.worker(first.skill)

@@ -57,15 +57,15 @@ STEPS = "rotate_deg, flip, crop, resize, resize_with_pad"
         ([{"flip": "left"}],
          "transforms.0.flip: Input should be 'horizontal' or 'vertical', got 'left'"),
         ([{"rotate_deg": 90}, crop(161, 0, 480, 480)],
-         "(top level): transforms.1: crop: expected a box within 480 x 640, got columns 161 to "
+         "transforms.1: crop: expected a box within 480 x 640, got columns 161 to "
          "640, rows 0 to 479"),
         ([crop(0, 1, 640, 480)],
-         "(top level): transforms.0: crop: expected a box within 640 x 480, got columns 0 to 639, "
+         "transforms.0: crop: expected a box within 640 x 480, got columns 0 to 639, "
          "rows 1 to 480"),
         ([{"resize": [0, 224]}],
          "transforms.0.resize: expected width and height from 1 to 4096, got [0, 224]"),
         ([crop(0, 0, 640, 1), {"resize_with_pad": [64, 64]}],
-         "(top level): transforms.1: resize_with_pad: nothing would be left of 640 x 1 in 64 x 64"),
+         "transforms.1: resize_with_pad: nothing would be left of 640 x 1 in 64 x 64"),
         ([{"resize_pad": [224, 224]}],
          "transforms.0.resize_pad: unknown key, did you mean resize_with_pad? (valid: "
          f"{STEPS})"),

@@ -75,24 +75,24 @@ def test_unit_that_does_not_fit_the_joint_is_refused_with_those_that_do() -> Non
     [
         (
             {"dim": 9, "joints": [TURNS]},
-            ["(top level): dim: expected 7, one per joint in joints, got 9"],
+            ["dim: expected 7, one per joint in joints, got 9"],
         ),
         (
             {"dim": 8, "joints": [TURNS, TURNS | {"names": ARM[:1], "unit": "deg"}]},
-            ["(top level): joints: the position of 'panda_joint1' is given 2 times"],
+            ["joints: the position of 'panda_joint1' is given 2 times"],
         ),
         (
             {"dim": 7, "layout": "libero", "joints": [TURNS]},
-            ["(top level): layout: not allowed beside joints"],
+            ["layout: not allowed beside joints"],
         ),
         (
             {"dim": 7, "bindings": {"eef_frame": "hand"}, "joints": [TURNS]},
-            ["(top level): bindings: not allowed beside joints"],
+            ["bindings: not allowed beside joints"],
         ),
         (
             {"dim": 7},
             [
-                "(top level): expected layout or joints, got neither (layouts valid: aloha, "
+                "expected layout or joints, got neither (layouts valid: aloha, "
                 "base_pose_6d, gr1, human300_16d, libero, libero_eef8d, mobile_pick_30d, "
                 "panda_omron_53d, rc365 "
                 "from fairlead 0.1.0)"

@@ -7,11 +7,13 @@ from pathlib import Path
 import pytest
 
 from fairlead.errors import ConfigError
+from fairlead.paths import repo_root, rskill_dir
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import find_skill, load_skill, skill_ids
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.skills.install import install_skill
 from fairlead_tools.skills.skeleton import skill_skeleton
+from tests.cli.command import fairlead_here
 
 
 @pytest.fixture
@@ -42,6 +44,18 @@ def test_a_linked_skill_is_its_folder_and_a_copy_replaces_the_link(
     install_skill(folder)
     assert not (installed / "mine").is_symlink() and load_skill("mine").version == "0.2.0"
     assert (folder / "rskill.yaml").is_file()
+
+
+def test_the_advice_with_a_new_skill_makes_a_runner_use_what_is_edited(
+    installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_ROOT", str(repo_root()))
+    monkeypatch.chdir(tmp_path)
+    made = fairlead_here("skill", "new", "my-wave", "--robot", "panda_mobile", state=tmp_path)
+    advice = made.stdout.splitlines()[-1].removeprefix("next: fairlead ")
+    assert f"fairlead {advice}\n" in (repo_root() / "docs" / "my-first-skill.md").read_text()
+    assert fairlead_here(*advice.split(), state=tmp_path).returncode == 0
+    assert rskill_dir("my-wave").resolve() == tmp_path / "my-wave"
 
 
 def test_a_link_that_leads_nowhere_is_replaced_and_hides_nothing(

@@ -49,7 +49,7 @@ def test_the_hash_depends_on_content_and_not_on_how_the_file_is_written(tmp_path
     [
         (
             {"execute_steps": 9},
-            "(top level): execute_steps: expected at most the horizon, 8, got 9",
+            "execute_steps: expected at most the horizon, 8, got 9",
         ),
         ({"horizon": 0}, "horizon: Input should be greater than or equal to 1, got 0"),
         ({"version": "1"}, "version: String should match pattern '^\\d+\\.\\d+\\.\\d+$', got '1'"),
@@ -113,5 +113,5 @@ def test_a_folder_named_unlike_its_skill_is_refused(
     with pytest.raises(ConfigError) as caught:
         load_skill("other")
     assert str(caught.value) == (
-        f"{folder / 'rskill.yaml'}: id: expected 'other', the folder's name, got '{ORACLE}'"
+        f"{folder / 'rskill.yaml'}:49:1: id: expected 'other', the folder's name, got '{ORACLE}'"
     )

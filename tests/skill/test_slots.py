@@ -337,8 +337,8 @@ def test_gaps_and_overlaps_are_told_beside_a_slots_own_fault() -> None:
     assert lines[1:] == [
         "slots.1: slot [2, 2] gripper_position: ee: required with gripper_position",
         "slots.2: slot [4, 4] discard: ee: not allowed with discard",
-        "(top level): slots: index 2 is covered by slot [0, 2] and slot [2, 2] gripper_position",
-        "(top level): slots: index 3 is covered by no slot (use discard: true)",
+        "slots: index 2 is covered by slot [0, 2] and slot [2, 2] gripper_position",
+        "slots: index 3 is covered by no slot (use discard: true)",
     ]
 
 

@@ -1,4 +1,4 @@
-"""A service that writes down on which thread its entry points are called.
+"""A service that writes down on which thread its entry points are called, and what it starts.
 
 ``python recorded_threads.py FILE MODULE ...`` is ``python -m MODULE ...``.
 """
@@ -42,6 +42,14 @@ def main() -> None:
         for method in [one for one in vars(owner) if callable(getattr(owner, one))]:
             if not method.startswith("_"):
                 setattr(owner, method, recorded(getattr(owner, method), lines))
+    start = threading.Thread.start
+
+    def recorded_start(thread: threading.Thread) -> None:
+        if not thread.name.startswith(("Thread-", "asyncio")):  # a library's
+            lines.write(f"started {name_of(thread)}\n")
+        start(thread)
+
+    threading.Thread.start = recorded_start  # type: ignore[assignment, method-assign]
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 
 
@@ -66,7 +74,12 @@ def thread_name() -> str:
     if thread is threading.main_thread():
         return "main"
     is_foreign = isinstance(thread, threading._DummyThread)
-    return "receive" if is_foreign else thread.name.partition("_")[0]
+    return "receive" if is_foreign else name_of(thread)
+
+
+def name_of(thread: threading.Thread) -> str:
+    """Its name, or its pool's."""
+    return thread.name.partition("_")[0]
 
 
 if __name__ == "__main__":

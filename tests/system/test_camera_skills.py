@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from PIL import Image as Pillow
 
 from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.registry import Registry
@@ -141,6 +142,32 @@ def pixel_of(
         int(SIZE_PX / 2 + focal_px * up / back),
         int(SIZE_PX / 2 - focal_px * right / back),
     )
+
+
+def test_what_a_camera_sees_is_saved_as_a_picture(
+    camera_robot: CameraRobot, tmp_path: Path
+) -> None:
+    scratch, state = camera_robot.robot.scratch, camera_robot.registry
+    on = ("-d", str(scratch.file))
+    camera_robot.robot.client.reset_episode(SEED)
+    pictures: dict[str, Picture] = {}
+    for camera in (LEFT, RIGHT, HAND):
+        file = tmp_path / f"{camera}.png"
+        done = fairlead("topic", "echo", f"camera/{camera}", "--save", str(file), *on, state=state)
+        assert (done.returncode, done.stderr) == (0, f"wrote {file}\n")
+        assert f"camera: {camera}," in done.stdout and "data: 196608 bytes" in done.stdout
+        with Pillow.open(file) as saved:
+            assert saved.format == "PNG"
+            pictures[camera] = np.asarray(saved)
+    check_pictures(pictures)
+    for words, said in {
+        ("state/joints", "a.png"): "expected a camera's key, such as camera/*, got 'state/joints'",
+        ("camera/*", "a.jpg"): "expected a file that ends in .png, got a.jpg",
+        ("camera/*", "a.png", "--count", "2"): "expected one picture, got --count 2",
+    }.items():
+        key, name, *more = words
+        refused = fairlead("topic", "echo", key, "--save", name, *more, *on, state=state)
+        assert (refused.returncode, refused.stderr) == (1, f"ERROR topic echo --save: {said}\n")
 
 
 def test_an_openpi_server_gets_all_three_pictures(camera_robot: CameraRobot) -> None:

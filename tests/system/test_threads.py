@@ -7,28 +7,55 @@ from pathlib import Path
 
 import pytest
 
+from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE
+from tests.hal_mujoco.joint_reach import SKILL, SOURCE
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]
 
 RECORDED = Path(__file__).with_name("recorded_threads.py")
+CAMERA = repo_root() / "compose" / "ur5e_robosuite_cameras.yaml"
+SEEING = "bc-reach-cube"
+OF_CAMERAS = {"frames", "cameras"}
+"""Threads that only a robot with a camera has, in realtime."""
+PASSING = {"close"}
+"""Of the session, at the end."""
 
 
-def documented() -> set[tuple[str, str]]:
-    """Entry points and their threads, from the document's table."""
+def documented() -> tuple[set[str], set[tuple[str, str]]]:
+    """Threads, and entry points with theirs, from the document's table."""
     text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
     section = text.partition("## Which thread runs what")[2].partition("\n## ")[0]
-    rows = re.findall(r"^\| `(\w+)` \|(.*)\|.*\|$", section, re.M)
-    return {(entry, thread) for thread, cell in rows for entry in re.findall(r"`(\w+\.\w+)`", cell)}
+    _, _, *lines = [line for line in section.splitlines() if line.startswith("|")]
+    rows = [re.fullmatch(r"\| ((?:`[\w.]+`(?:, )?)+) \|([^|]*)\|[^|]*\|", one) for one in lines]
+    table = [(row[1].replace("`", "").split(", "), row[2]) for row in rows if row is not None]
+    assert len(table) == len(lines), "a row that begins with something else than threads"
+    return {name for names, _ in table for name in names}, {
+        (entry, names[0]) for names, cell in table for entry in re.findall(r"`(\w+\.\w+)`", cell)
+    }
 
 
-def test_each_entry_point_is_called_by_the_thread_that_the_document_names(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "sees",
+    [
+        False,
+        pytest.param(
+            True,
+            marks=[
+                pytest.mark.simulator,
+                pytest.mark.skipif(not CAN_RENDER, reason="no rendering library on this machine"),
+            ],
+        ),
+    ],
+)
+def test_each_entry_point_is_called_by_the_thread_that_the_document_names(
+    tmp_path: Path, sees: bool
+) -> None:
     seen = tmp_path / "threads"
 
     def recorded(file: Path, deployment: Deployment, service: str, state_dir: Path) -> list[str]:
@@ -37,15 +64,27 @@ def test_each_entry_point_is_called_by_the_thread_that_the_document_names(tmp_pa
             return [python, *words]
         return [python, str(RECORDED), str(seen), *words[1:]]
 
-    options = ScratchOptions(pacing="lockstep", options={"runner": RUNNER})
-    scratch = make_scratch(SOURCE, tmp_path / "robot", options)
+    skill = SEEING if sees else SKILL
+    options: dict[str, dict[str, object]] = {"runner": {"skills": [skill], "trace": True}}
+    if sees:
+        options["hal"] = {"trace": True}
+    scratch = make_scratch(
+        CAMERA if sees else SOURCE,
+        tmp_path / "robot",
+        ScratchOptions(pacing="realtime" if sees else "lockstep", options=options),
+    )
     with scratch_robot(scratch, Registry(tmp_path / "state"), command=recorded) as robot:
         robot.client.reset_episode(0)
         robot.client.arm()
-        result = run_goal(robot.client, GoalOptions(SKILL)).result
-        assert result is not None and result.outcome == "succeeded"
-    called = {tuple(line.split()) for line in seen.read_text(encoding="utf-8").splitlines()}
-    wanted = documented()
+        result = run_goal(robot.client, GoalOptions(skill, deadline_ticks=100)).result
+        assert result is not None
+        assert sees or result.outcome == "succeeded"
+    called = {tuple(line.split(" ", 1)) for line in seen.read_text(encoding="utf-8").splitlines()}
+    threads, wanted = documented()
+    if not sees:
+        threads, wanted = threads - OF_CAMERAS, {one for one in wanted if one[1] not in OF_CAMERAS}
     entries = {entry for entry, _ in wanted}
     assert len(entries) > 10
     assert {pair for pair in called if pair[0] in entries} == wanted
+    started = {thread for what, thread in called if what == "started"}
+    assert started - PASSING == threads - {"main", "receive"}

@@ -13,26 +13,26 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from fairlead_hal_sim.camera_process import CameraProcess, start_camera_process
     from fairlead_hal_sim.environment import gripper_names, make_environment
-    from fairlead_hal_sim.hal_options import read_options
+    from fairlead_hal_sim.hal_options import HalSimOptions
     from fairlead_hal_sim.options import SimulatorOptions
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 
 __all__ = [
     "CameraProcess",
+    "HalSimOptions",
     "RobosuiteBackend",
     "SimulatorOptions",
     "gripper_names",
     "make_environment",
-    "read_options",
     "start_camera_process",
 ]
 _HOME = {
     "CameraProcess": "camera_process",
+    "HalSimOptions": "hal_options",
     "RobosuiteBackend": "robosuite_backend",
     "SimulatorOptions": "options",
     "gripper_names": "environment",
     "make_environment": "environment",
-    "read_options": "hal_options",
     "start_camera_process": "camera_process",
 }
 

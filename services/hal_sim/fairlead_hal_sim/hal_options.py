@@ -6,7 +6,6 @@ from typing import Any
 
 from pydantic import model_validator
 
-from fairlead.checked_model import checked_model
 from fairlead.errors import expected
 from fairlead.plugins import HALS
 from fairlead_hal_sim.options import SimulatorOptions
@@ -29,12 +28,3 @@ class HalSimOptions(SimulatorOptions):
             what = "none, as `run` chooses the HAL"
             raise ValueError(expected("backend", what, repr(data["backend"]), choices))
         return data
-
-
-def read_options(service: str, options: dict[str, Any]) -> HalSimOptions:
-    """Check a service's ``options`` block.
-
-    Raises:
-        ConfigError: naming each option that does not fit, and the valid ones.
-    """
-    return checked_model(f"service {service}: options", HalSimOptions, options)

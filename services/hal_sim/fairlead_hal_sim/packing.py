@@ -91,7 +91,7 @@ def pack(
         base_motion: how base commands become base motion now; needed by body_twist.
 
     Raises:
-        ConfigError: for a part, mode, width, frame or joint that does not fit.
+        ConfigError: for a part, mode, width or frame that the simulator's controllers do not take.
     """
     for name in commands:
         action_map.slot(name)
@@ -152,18 +152,15 @@ def _check_command(slot: PartSlot, command: PartCommand) -> None:
 def _joint_values(
     slot: PartSlot, command: PartCommand, joint_names: tuple[str, ...]
 ) -> tuple[FloatArray, npt.NDArray[np.intp]]:
-    """Values of the active joints, and which of the slot's inputs they drive."""
-    who = f"packing: part {slot.name}"
-    own = [joint_names[joint] for joint in slot.joints]
+    """Values of the active joints, and which of the slot's inputs they drive.
+
+    That they are this part's the host has checked (`fairlead.hal.command_check`).
+    """
     if not command.active:
-        raise ConfigError(expected(who, "at least one active joint", "none", own))
-    foreign = [joint for joint in command.active if joint not in slot.joints]
-    if foreign:
-        names = [
-            joint_names[joint] if joint < len(joint_names) else f"joint {joint}"
-            for joint in command.active
-        ]
-        raise ConfigError(expected(who, "joints of this one part", ", ".join(names), own))
+        own = [joint_names[joint] for joint in slot.joints]
+        raise ConfigError(
+            expected(f"packing: part {slot.name}", "at least one active joint", "none", own)
+        )
     driven = np.array([slot.joints.index(joint) for joint in command.active], dtype=np.intp)
     return command.values[list(command.active)], driven
 

@@ -14,11 +14,16 @@ from urllib.parse import urlsplit
 
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.paths import rskill_dir
-from fairlead.plugins import POLICIES
 from fairlead.robot.gate_file import source_digests
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import Admission
-from fairlead.skill.manifest import SkillManifest, load_skill, skill_ids
+from fairlead.skill.manifest import (
+    SkillManifest,
+    find_backend,
+    load_skill,
+    locate_in_skill,
+    skill_ids,
+)
 from fairlead_skill_runner.options import RunnerOptions
 from fairlead_skill_runner.policy_worker import PolicyWorker
 
@@ -60,7 +65,7 @@ class OfferedSkills:
             try:
                 skill = load_skill(name)
                 if self._offers(skill):
-                    POLICIES.find(self._options.policy(skill).backend, "policy.backend")
+                    find_backend(self._options.policy(skill), locate_in_skill(name))
                     found[name] = skill
             except ConfigError as error:
                 if self._options.skills is not None:
@@ -69,7 +74,8 @@ class OfferedSkills:
         self._options.check_servers(found)
         if not found:
             self._log.warning(
-                "no skill is made for %s; make one: fairlead skill new, fairlead skill install",
+                "no skill is made for %s; make one: fairlead skill new, "
+                "fairlead skill install --link",
                 self._robot.id,
             )
         return found
@@ -105,7 +111,7 @@ class OfferedSkills:
         loaded = self._workers.get(skill.id)
         if loaded is None or loaded.stamp != stamp:
             policy = self._options.policy(skill)
-            plugin = POLICIES.find(policy.backend, "policy.backend")
+            plugin = find_backend(policy, locate_in_skill(skill.id))
             if loaded is not None:
                 self._log.info(
                     "skill %s or the robot has changed: its policy is loaded anew", skill.id

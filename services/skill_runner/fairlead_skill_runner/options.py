@@ -8,7 +8,6 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
 from fairlead.plugins import POLICIES
 from fairlead.skill.manifest import PolicySpec, SkillManifest, skill_ids
@@ -118,12 +117,3 @@ class RunnerOptions(BaseModel):
             if not re.search(form.pattern, server.address):
                 what = f"an address such as {form.example}"
                 raise ConfigError(expected(who, what, repr(server.address)))
-
-
-def check_runner_options(service: str, options: dict[str, Any]) -> RunnerOptions:
-    """Validate the options block.
-
-    Raises:
-        ConfigError: naming the service and every field that does not fit.
-    """
-    return checked_model(f"service {service}: options", RunnerOptions, options)

@@ -15,11 +15,12 @@ import threading
 import traceback
 from typing import NamedTuple
 
+from fairlead.checked_model import MisfitError
 from fairlead.deploy.scheduling import run_as_ordinary_process
 from fairlead.errors import FairleadError, PolicyError
 from fairlead.policy import Done, Failed, Policy
 from fairlead.robot.manifest import load_robot
-from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.manifest import SkillManifest, locate_in_skill, of_options
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.policy_wire import (
     HEADER,
@@ -93,9 +94,14 @@ class _Loaded(NamedTuple):
 def _load(request: Load) -> _Loaded:
     skill = SkillManifest.model_validate_json(request.skill)
     options = json.loads(request.options)
-    policy = make_policy(
-        request.policy, skill, options, lambda: load_robot(request.robot), request.profile
-    )
+    try:
+        policy = make_policy(
+            request.policy, skill, options, lambda: load_robot(request.robot), request.profile
+        )
+    except MisfitError as error:
+        if options != skill.policy.options:  # the deployment's
+            raise
+        raise error.located(of_options(locate_in_skill(skill.id))) from None
     return _Loaded(policy, skill)
 
 

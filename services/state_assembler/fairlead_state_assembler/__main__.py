@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import sys
 
+from fairlead.deploy.service_options import check_options
 from fairlead.robot.manifest import load_robot
 from fairlead.service import ServiceContext, announce_ready, run_service
 from fairlead_state_assembler.core import AssemblerCore
-from fairlead_state_assembler.options import read_options
+from fairlead_state_assembler.options import AssemblerOptions
 from fairlead_state_assembler.publishers import Publishers
 from fairlead_state_assembler.transport import AssemblerTransport
 
 
 async def assemble(context: ServiceContext) -> None:
     """Assemble until the process is asked to stop."""
-    options = read_options(context.name, context.options)
     deployment = context.deployment
+    options = check_options(deployment, context.name, AssemblerOptions)
     robot = load_robot(deployment.robot)
     publishers = Publishers(deployment.hal, context.name, deployment.localiser)
     core = AssemblerCore(robot, publishers, options.max_age_ticks)

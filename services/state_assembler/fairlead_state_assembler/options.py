@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from fairlead.checked_model import checked_model
 from fairlead_state_assembler.branches import HISTORY_TICKS
 
 
@@ -18,12 +17,3 @@ class AssemblerOptions(BaseModel):
     max_age_ticks: dict[str, Annotated[int, Field(gt=0, le=HISTORY_TICKS)]] = Field(
         default_factory=dict
     )
-
-
-def read_options(service: str, options: dict[str, Any]) -> AssemblerOptions:
-    """Check a service's options.
-
-    Raises:
-        ConfigError: naming every option that does not fit.
-    """
-    return checked_model(f"service {service}: options", AssemblerOptions, options)

@@ -9,6 +9,7 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
+    PrivateAttr,
     ValidationInfo,
     field_validator,
     model_validator,
@@ -24,7 +25,7 @@ from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
 from fairlead.plugins import HALS
 from fairlead.wire.endpoints import Endpoints
-from fairlead.yaml_file import load_yaml
+from fairlead.yaml_file import load_yaml, locator
 
 _FOLDERS = ("access", "router", "running")  # of what all robots of a machine have in common
 
@@ -54,6 +55,8 @@ class Deployment(BaseModel):
     router: RouterSpec | None = None
     services: dict[ServiceName, ServiceSpec]
 
+    _file: Path | None = PrivateAttr(default=None)  # where it was read
+
     @field_validator("id", "namespace", "localiser")
     @classmethod
     def _key_chunk(cls, value: str, field: ValidationInfo) -> str:
@@ -73,7 +76,7 @@ class Deployment(BaseModel):
         for name, spec in value.items():
             other = owners.setdefault(spec.listen or name, name)
             if other != name:
-                raise ValueError(f"{other} and {name} listen on the same endpoint {spec.listen}")
+                raise ValueError(f"{name}.listen: {other} listens on {spec.listen} too")
         return value
 
     @model_validator(mode="after")
@@ -86,9 +89,10 @@ class Deployment(BaseModel):
             )
         for name, owner in ((OPERATOR, "tools have"), (ROUTER, "the router itself has")):
             if name in (*self.services, self.localiser):
-                problems.append(f"{name}: {owner} this name; give the process another one")
+                place = "localiser" if name == self.localiser else f"services.{name}"
+                problems.append(f"{place}: {owner} this name; give the process another one")
         if problems:
-            raise ValueError("\n  ".join(problems))
+            raise ValueError("\n".join(problems))
         return self
 
     def _peer_problems(self) -> list[str]:
@@ -152,6 +156,14 @@ class Deployment(BaseModel):
             *((host, name) for host in self.hosts for name in self.parties.others),
         ]
 
+    def where(self, *place: int | str) -> str:
+        """``file:line:column: `` of a place in the file it was read from; "" without a file."""
+        return "" if self._file is None else locator(self._file)(place)
+
+    def who(self, service: str, key: str) -> str:
+        """What complains about a key of a service, behind its line: ``service hal: run``."""
+        return f"{self.where('services', service, key)}service {service}: {key}"
+
     def endpoints(self, service: str) -> Endpoints:
         """Endpoints of one named service.
 
@@ -161,8 +173,7 @@ class Deployment(BaseModel):
         """
         spec = self.services.get(service)
         if spec is None:
-            valid = ", ".join(self.services)
-            raise ConfigError(f"deployment: no service {service!r} (valid: {valid})")
+            raise ConfigError(expected("deployment", "a service", repr(service), self.services))
         if self.router is not None:
             return self.tool_endpoints(service)
         before = [self.services[name].listen for name in self.parties.before(service)]
@@ -282,18 +293,8 @@ def load_deployment(path: Path) -> Deployment:
     Raises:
         ConfigError: naming the file and each field that does not fit.
     """
-    return _with_paths(load_yaml(path, Deployment), path.parent)
-
-
-def _with_paths(deployment: Deployment, folder: Path) -> Deployment:
-    """The commands' relative paths from the deployment file's folder, made absolute."""
-    services = {
-        name: spec.model_copy(update={"command": tuple(_path(word, folder) for word in words)})
-        for name, spec in deployment.services.items()
-        if (words := spec.command)
-    }
-    return deployment.model_copy(update={"services": {**deployment.services, **services}})
-
-
-def _path(word: str, folder: Path) -> str:
-    return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
+    read = load_yaml(path, Deployment)
+    services = {name: spec.started_from(path.parent) for name, spec in read.services.items()}
+    deployment = read.model_copy(update={"services": services})
+    deployment._file = path.absolute()
+    return deployment

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -83,6 +84,14 @@ class ServiceSpec(BaseModel):
     def what(self) -> str:
         """What it runs, in a word or a command line."""
         return self.run or " ".join(self.command)
+
+    def started_from(self, folder: Path) -> ServiceSpec:
+        """The same with its command's paths from a folder made absolute."""
+        command = [
+            str((folder / word).resolve()) if word.startswith(("./", "../")) else word
+            for word in self.command
+        ]
+        return self.model_copy(update={"command": tuple(command)})
 
     @field_validator("listen")
     @classmethod

@@ -6,7 +6,7 @@ import logging
 import sys
 from typing import Any
 
-from fairlead.checked_model import checked_model
+from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.process import HalDriver, run_hal
 from fairlead.plugins import HALS
@@ -21,11 +21,11 @@ async def body(context: ServiceContext) -> None:
         ConfigError: no installed package has it, it does not load, or options or pacing do not fit.
     """
     name = context.deployment.services[context.name].run
-    driver = hal_driver(name, f"service {context.name}: run")
+    driver = hal_driver(name, context.deployment.who(context.name, "run"))
     if driver.realtime_only and context.deployment.pacing != "realtime":
         who = f"service {context.name}: {name}: pacing"
         raise ConfigError(expected(who, "realtime", context.deployment.pacing))
-    options = checked_model(f"service {context.name}: options", driver.options, context.options)
+    options = check_options(context.deployment, context.name, driver.options)
     profile = context.deployment.profile
     if (
         driver.realtime_only

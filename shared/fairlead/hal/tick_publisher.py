@@ -32,8 +32,8 @@ STATES_REMEMBERED = 16
 class TickPublisher:
     """Transforms, due frames and the task's state first, ``state/joints`` last.
 
-    A reader that has joints n therefore has, or is owed, all of n. What was published is
-    kept encoded: a repeat sends the identical bytes.
+    So all that belongs to tick n is sent before its joints. What was published is kept
+    encoded: a repeat sends the identical bytes.
 
     Args:
         settings: the service's name is its publisher name for transforms. Where a localiser
@@ -190,7 +190,7 @@ class FrameSource:
         self.failure = "" if feed or not cameras else "cameras off: no renderer was started"
         self._late: threading.Thread | None = None
         if feed is not None and not self._lockstep:
-            self._late = threading.Thread(target=self._publish_late, name="frames", daemon=True)
+            self._late = threading.Thread(target=self._publish_late, name="cameras", daemon=True)
             self._late.start()
 
     @property

@@ -24,6 +24,7 @@ from fairlead.messages import (
 )
 from fairlead.operate.blocking import BlockingClaim, BlockingGoal, BlockingSubscription, LoopThread
 from fairlead.operate.part_claim import PartClaim
+from fairlead.operate.protective_stop import NO_REASON
 from fairlead.operate.robot import STALL_TIMEOUT_S, Robot
 from fairlead.operate.services import (
     ALIVE_TIMEOUT_S,
@@ -31,6 +32,7 @@ from fairlead.operate.services import (
     RobotStatus,
 )
 from fairlead.operate.subscription import QUEUE, SILENCE_S, Heard, Subscription
+from fairlead.robot.manifest import RobotManifest
 from fairlead.wire.bus import Bus
 from fairlead.wire.topics import EVERY
 
@@ -118,6 +120,11 @@ class RobotClient:
         return self._robot.hal
 
     @property
+    def manifest(self) -> RobotManifest:
+        """As `Robot.manifest`."""
+        return self._robot.manifest
+
+    @property
     def alive(self) -> frozenset[str]:
         """As `Robot.alive`."""
         return self._robot.alive
@@ -152,7 +159,7 @@ class RobotClient:
         """As `Robot.disarm`."""
         return self._do(self._robot.disarm())
 
-    def stop(self, reason: str) -> int:
+    def stop(self, reason: str = NO_REASON) -> int:
         """As `Robot.stop`."""
         return self._do(self._robot.stop(reason))
 

@@ -15,6 +15,8 @@ from fairlead.wire.bus import Qos
 
 REPEAT_S = 0.05
 TIMEOUT_S = 2.0
+NO_REASON = "operator"
+"""The reason of whoever gives none."""
 MOST_STOPS = 16
 """That a gate holds; the last then stands for all that find no place."""
 

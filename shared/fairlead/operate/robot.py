@@ -28,7 +28,7 @@ from fairlead.messages import (
 )
 from fairlead.operate.goal import RunningGoal
 from fairlead.operate.part_claim import PartClaim
-from fairlead.operate.protective_stop import request_stop
+from fairlead.operate.protective_stop import NO_REASON, request_stop
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.operate.services import GOAL_TIMEOUT_S, Services
 from fairlead.operate.subscription import QUEUE, SILENCE_S, Heard, Subscription
@@ -89,8 +89,11 @@ class Robot(Services):
 
     # --- to move it, and to stop it -----------------------------------------------------
 
-    async def stop(self, reason: str) -> int:
+    async def stop(self, reason: str = NO_REASON) -> int:
         """Request a protective stop, repeated until a lease lists it.
+
+        Args:
+            reason: for the log.
 
         Returns:
             The stop's id, which a reset must cite.

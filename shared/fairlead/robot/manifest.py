@@ -20,7 +20,7 @@ from fairlead.robot.open_numbers import CONFIRMED_ONLY, open_problems
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
 from fairlead.robot.rules import reference_problems
 from fairlead.robot.safety_profile import ProfileName, SafetyProfile
-from fairlead.yaml_file import load_yaml
+from fairlead.yaml_file import load_yaml, locator
 
 
 class RobotManifest(BaseModel):
@@ -263,9 +263,8 @@ def load_robot(robot: str) -> RobotManifest:
     folder = robot_dir(robot)
     manifest = load_yaml(folder / "robot.yaml", RobotManifest)
     if manifest.id != robot:
-        raise ConfigError(
-            f"{folder / 'robot.yaml'}: expected id {robot!r} (its folder), got {manifest.id!r}"
-        )
+        where = locator(folder / "robot.yaml")(("id",))
+        raise ConfigError(f"{where}id: expected {robot!r}, the folder's name, got {manifest.id!r}")
     if not manifest.description_path().is_file():
         raise ConfigError(f"robot {robot}: no description file {manifest.description_path()}")
     return manifest

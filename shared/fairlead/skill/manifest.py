@@ -9,15 +9,17 @@ from typing import Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, field_validator, model_validator
 
+from fairlead.checked_model import Locate, Place
 from fairlead.errors import ConfigError
 from fairlead.keys import check_name
 from fairlead.modes import ControlMode
 from fairlead.paths import rskill_dir, skill_folders, user_skills_dir
+from fairlead.plugins import POLICIES, Plugin
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.image_spec import ImageSpec
 from fairlead.skill.slots import MODE_NAMES
 from fairlead.skill.state_contract import StateContract
-from fairlead.yaml_file import load_yaml
+from fairlead.yaml_file import load_yaml, locator
 
 Between = Literal["hold", "linear"]
 """What the rows between two of a slower policy's are."""
@@ -189,8 +191,41 @@ def read_skill(folder: Path) -> SkillManifest:
     manifest = load_yaml(path, SkillManifest)
     name = folder.resolve().name
     if manifest.id != name:
-        raise ConfigError(f"{path}: id: expected {name!r}, the folder's name, got {manifest.id!r}")
+        where = locator(path)(("id",))
+        raise ConfigError(f"{where}id: expected {name!r}, the folder's name, got {manifest.id!r}")
     return manifest
+
+
+def locate_in_skill(skill_id: str) -> Locate:
+    """Says ``file:line:column: `` of a place in a known skill's manifest, "" for another skill."""
+
+    def locate(place: Place) -> str:
+        try:
+            return locator(rskill_dir(skill_id) / "rskill.yaml")(place)
+        except ConfigError:
+            return ""
+
+    return locate
+
+
+def of_options(locate: Locate) -> Locate:
+    """The same for places in the block of the policy's options."""
+    return lambda place: locate(("policy", "options", *place))
+
+
+def find_backend(policy: PolicySpec, locate: Locate) -> Plugin:
+    """What a policy's backend names.
+
+    Args:
+        locate: says the line of a place in the skill's manifest.
+
+    Raises:
+        ConfigError: no installed package has it, with the names there are.
+    """
+    try:
+        return POLICIES.find(policy.backend, "policy.backend")
+    except ConfigError as error:
+        raise ConfigError(f"{locate(('policy', 'backend'))}{error}") from None
 
 
 def skill_ids() -> tuple[str, ...]:

@@ -1,8 +1,8 @@
 """What a policy's outputs of -1 and +1 become, against what the robot takes.
 
-A policy's numbers are taken as full scale, [-1, 1] or what they are clipped to; a slot's scale and
-offset make SI of them. Modes that say where something is to be may also come in their unit, without
-a scale.
+A policy may emit anything in [-1, 1], or in the range its numbers are clipped to; a slot's scale
+and offset make SI of them. Modes that say where something is to be may also come in their unit,
+without a scale.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from fairlead.messages import ArmReply, GateState, GateStatus
 from fairlead.operate.asker import OPERATOR_VARIABLE, check_person
 from fairlead.operate.client import SEEN_S, RobotClient
 from fairlead.operate.connection import choose_file, connect, running_files
+from fairlead.operate.protective_stop import NO_REASON
 from fairlead_tools.cli.console import echo, hex_id
 from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example, naming
 
@@ -111,7 +112,7 @@ def disarm_command(deployment: DeploymentOption = None) -> None:
 @example('fairlead stop --reason "hand in the cell"')
 def stop_command(
     deployment: DeploymentOption = None,
-    reason: Annotated[str, typer.Option(help="why, for the log")] = "operator",
+    reason: Annotated[str, typer.Option(help="why, for the log")] = NO_REASON,
 ) -> None:
     """Request a protective stop: a controlled standstill until its id is reset.
 

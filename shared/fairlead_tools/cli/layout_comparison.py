@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fairlead.deploy.service_options import check_options
 from fairlead.deploy.shipped_deployments import shipped_deployments
 from fairlead.errors import ConfigError, LayoutError
 from fairlead.hal.backend import FramePose, PartCommand
@@ -165,12 +166,12 @@ def verify_layout(
 
 def _simulator(robot: str, base_pose: list[float]) -> SimulatorOptions:
     """How the robot's first deployment with robosuite simulates it."""
-    from fairlead_hal_sim import read_options
+    from fairlead_hal_sim import HalSimOptions
 
     for _, deployment in shipped_deployments(robot):
         hal = deployment.services[deployment.hal]
         if hal.run == "hal_sim":
-            options = read_options(deployment.hal, hal.options)
+            options = check_options(deployment, deployment.hal, HalSimOptions)
             place = {"base_pose": base_pose} if options.env == OUR_SCENE else {}
             return options.model_copy(update={"env_options": options.env_options | place})
     raise ConfigError(

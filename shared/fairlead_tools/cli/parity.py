@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import deployment_path
@@ -124,10 +125,10 @@ def _is_held(one: DeployedEpisode) -> bool:
 
 def _lossy(deployment: Deployment, skill: SkillManifest) -> list[str]:
     """Cameras of the skill that send JPEG."""
-    from fairlead_hal_sim import read_options
+    from fairlead_hal_sim import HalSimOptions
 
     hal = deployment.only("hal_sim")
-    cameras = read_options(hal, deployment.services[hal].options).cameras
+    cameras = check_options(deployment, hal, HalSimOptions).cameras
     wanted = {spec.camera for spec in skill.images.values()}
     return [one.name for one in cameras if one.jpeg_quality and one.name in wanted]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import Annotated
@@ -151,25 +151,42 @@ def logs_command(
         raise ConfigError("logs: --json prints one document, so it cannot --follow")
     entry = _running(deployment) if state_dir is None else None
     folder = (state_dir or Path(entry.state_dir if entry else "")) / "logs"
-    files = {path.stem: path for path in sorted(folder.glob("*.log"))}
+    started = entry.services.items() if entry is not None else ()
+    listed = {name for name, one in started if not one.by_hand}  # also what has not printed yet
+    known = sorted(listed | _names_of_logs(folder))
     by_hand = entry.by_hand if entry is not None else {}
-    if service in by_hand or (by_hand and not files):
+    if service in by_hand or (by_hand and not known):
         raise ConfigError(f"logs: {service or ', '.join(by_hand)}: {BY_HAND}")
-    if not files:
+    if not known:
         raise ConfigError(f"logs: no *.log in {folder}; is that a state folder of `fairlead up`?")
-    if service is not None and service not in files:
-        ran = expected("logs", "a service that `fairlead up` ran", repr(service), files)
+    if service is not None and service not in known:
+        ran = expected("logs", "a service that `fairlead up` ran", repr(service), known)
         raise ConfigError(f"{ran}; {BY_HAND}")
-    wanted = [service] if service is not None else list(files)
     with ExitStack() as stack:
-        readers = {one: stack.enter_context(closing(LogReader(files[one]))) for one in wanted}
+        readers: dict[str, LogReader] = {}
+
+        def read(names: Iterable[str]) -> None:
+            for name in names:
+                if name not in readers:
+                    reader = LogReader(folder / f"{name}.log")
+                    readers[name] = stack.enter_context(closing(reader))
+
+        read(known if service is None else [service])
         newest = {one: reader.newest(lines) for one, reader in readers.items()}
         if as_json:
             print_json(newest)
             return
         _print(newest)
-        if follow:
-            _follow(readers)
+        with suppress(KeyboardInterrupt):
+            while follow:
+                time.sleep(FOLLOW_S)
+                if service is None:
+                    read(sorted(_names_of_logs(folder)))
+                _print({one: reader.more() for one, reader in readers.items()})
+
+
+def _names_of_logs(folder: Path) -> set[str]:
+    return {path.stem for path in folder.glob("*.log")}
 
 
 def _running(deployment: str | None) -> Running:
@@ -179,14 +196,6 @@ def _running(deployment: str | None) -> Running:
         raise NoAnswerError(
             f"{error}; of a run that has ended: fairlead logs --state-dir DIR; {BY_HAND}"
         ) from None
-
-
-def _follow(readers: Mapping[str, LogReader]) -> None:
-    """Print what is added, until Ctrl-C."""
-    with suppress(KeyboardInterrupt):
-        while True:
-            time.sleep(FOLLOW_S)
-            _print({service: reader.more() for service, reader in readers.items()})
 
 
 def _print(lines: Mapping[str, Sequence[str]]) -> None:
@@ -205,12 +214,14 @@ POLL_S = 0.05
 
 
 @example("fairlead down panda_mobile")
-def down_command(deployment: RunningArgument = None) -> None:
+def down_command(name: RunningArgument = None, deployment: RunningOption = None) -> None:
     """Stop a deployment that runs on this machine, and wait until its processes are gone.
 
     Ends what `fairlead up` and `fairlead service` started.
     """
-    entry = choose_running(deployment)
+    if name and deployment:
+        raise ConfigError(f"down: expected one deployment, got {name} and {deployment}")
+    entry = choose_running(name or deployment)
     managed = [name for name, service in entry.by_hand.items() if service.managed]
     if managed:
         robot, _, namespace = entry.name.partition("@")

@@ -13,10 +13,17 @@ from fairlead.errors import ConfigError, expected
 from fairlead.messages import HalStatus
 from fairlead.operate.client import RobotClient
 from fairlead.paths import rskill_dir, user_skills_dir
-from fairlead.plugins import POLICIES
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.admission import admission_problems, home_warnings, summarised
-from fairlead.skill.manifest import SkillManifest, find_skill, load_skill, read_skill, skill_ids
+from fairlead.skill.manifest import (
+    SkillManifest,
+    find_backend,
+    find_skill,
+    load_skill,
+    locate_in_skill,
+    read_skill,
+    skill_ids,
+)
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
@@ -33,7 +40,12 @@ from fairlead_tools.skills.checkpoint_stats import (
     named_outputs,
     read_checkpoint_stats,
 )
-from fairlead_tools.skills.install import install_skill, is_link_to, python_problems
+from fairlead_tools.skills.install import (
+    install_skill,
+    is_link_to,
+    policy_problems,
+    python_problems,
+)
 from fairlead_tools.skills.skeleton import ARM_MODES, skill_skeleton
 
 SkillArgument = Annotated[
@@ -65,20 +77,9 @@ def installed_skill(wanted: str) -> str:
                 f"skill {skill.id}: another one is installed in {target}; replace it by this one "
                 f"with: fairlead skill install --link --force {wanted}"
             )
-        install_skill(folder, found=policy_problems(skill), link=True)
+        install_skill(folder, found=policy_problems(skill, folder), link=True)
         echo(f"linked {target} -> {folder.resolve()}", err=True)
     return skill.id
-
-
-def policy_problems(skill: SkillManifest) -> list[str]:
-    """Every reason why the skill's policy could not be loaded with its options; empty if none."""
-    from fairlead_skill_runner import check_policy_options
-
-    try:
-        check_policy_options(skill)
-    except ConfigError as error:
-        return [str(error)]
-    return []
 
 
 @example("fairlead skill ls --robot panda_mobile")
@@ -119,7 +120,7 @@ def skill_problems(name: str, robot: RobotManifest) -> list[str]:
     try:
         skill = load_skill(name)
         problems = admission_problems(skill, robot)
-        POLICIES.find(skill.policy.backend, "policy.backend")
+        find_backend(skill.policy, locate_in_skill(name))
     except ConfigError as error:
         return [str(error)]
     return problems
@@ -186,7 +187,7 @@ def check_command(
     loaded = load_robot(robot or manifest.embodiments[0])
     problems = admission_problems(manifest, loaded, _running(deployment))
     told = summarised(problems, manifest, loaded)
-    wrong = policy_problems(manifest) + python_problems(folder, manifest)
+    wrong = policy_problems(manifest, folder) + python_problems(folder, manifest)
     problems, told = problems + wrong, told + wrong
     report: dict[str, Any] = {
         "skill": skill, "robot": loaded.id, "admitted": not problems, "reasons": problems,
@@ -264,10 +265,10 @@ def new_command(
         raise ConfigError(
             f"skill new: cannot write {folder.absolute()}: {error.strerror}"
         ) from None
-    echo(f"next: fairlead skill install {folder}")
+    echo(f"next: fairlead skill install --link {folder}")
 
 
-@example("fairlead skill install my-wave")
+@example("fairlead skill install --link my-wave")
 def install_command(
     path: Annotated[
         Path, typer.Argument(exists=True, file_okay=False, help="folder that holds rskill.yaml")
@@ -284,7 +285,7 @@ def install_command(
     They are in $FAIRLEAD_SKILLS, else ~/.local/share/fairlead/rskills. A runner offers it at its
     next goal.
     """
-    target = install_skill(path, force, policy_problems(read_skill(path)), link)
+    target = install_skill(path, force, policy_problems(read_skill(path), path), link)
     echo(f"installed {target}" + (f" -> {target.resolve()}" if link else ""))
     echo(f"next: fairlead run {target.name}")
 

@@ -9,6 +9,8 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from enum import IntEnum
+from io import BytesIO
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
@@ -16,13 +18,22 @@ import typer
 import yaml
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import NoAnswerError
-from fairlead.messages import Decision, GateState, Hold, JointState, Message, Outcome, floats
+from fairlead.errors import ConfigError, MessageError, NoAnswerError, expected
+from fairlead.messages import (
+    Decision,
+    GateState,
+    Hold,
+    Image,
+    JointState,
+    Message,
+    Outcome,
+    floats,
+)
 from fairlead.modes import ControlMode
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import connect
 from fairlead.operate.subscription import Heard, Subscription
-from fairlead.wire.topics import find_topic, short_key, topics
+from fairlead.wire.topics import Topic, find_topic, short_key, topics
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     DeploymentOption,
@@ -117,8 +128,8 @@ def _struct(value: msgspec.Struct) -> dict[str, Any]:
 def _field(name: str, value: object) -> Any:
     if isinstance(value, msgspec.Struct):
         return _struct(value)
-    if isinstance(value, bytes):
-        return _block(name, value)
+    if isinstance(value, bytes | memoryview):
+        return _block(name, bytes(value))
     if isinstance(value, tuple):
         return [_field(name, item) for item in value]
     if isinstance(value, int) and not isinstance(value, bool):
@@ -153,16 +164,25 @@ def echo_command(
     deployment: DeploymentOption = None,
     count: Annotated[int, typer.Option(min=0, help="end after so many; 0: until Ctrl-C")] = 0,
     timeout: TimeoutOption = 10.0,
+    save: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.png", dir_okay=False, help="a camera's next picture, then end"),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="one JSON document on a line")] = False,
 ) -> None:
-    """Print a key's messages: numbers in SI, ids and hashes in hex."""
+    """Print a key's messages: numbers in SI, ids and hashes in hex.
+
+    What a camera sees: fairlead topic echo camera/NAME --save seen.png
+    """
     chosen = choose_deployment(deployment)
     topic = find_topic(chosen.keys, key)
+    if save is not None:
+        _check_save(topic, key, save, count)
     with RobotClient(chosen) as client:
         client.wait_anyone()
         joints = _joint_names(client) if topic.kind is JointState else ()
         subscription = client.topic(key, timeout_s=timeout)
-        for heard in itertools.islice(subscription, count or None):
+        for heard in itertools.islice(subscription, 1 if save else count or None):
             document = {
                 "key": short_key(chosen.keys, heard.key),
                 "type": topic.kind.__name__,
@@ -170,6 +190,36 @@ def echo_command(
             }
             _name_values(document, joints)
             echo(json.dumps(document) if as_json else _text(document))
+            if save is not None and isinstance(heard.message, Image):
+                _write_png(heard.message, save)
+                echo(f"wrote {save}", err=True)
+
+
+def _check_save(topic: Topic, key: str, file: Path, count: int) -> None:
+    who = "topic echo --save"
+    if topic.kind is not Image:
+        raise ConfigError(expected(who, "a camera's key, such as camera/*", repr(key)))
+    if file.suffix != ".png":
+        raise ConfigError(expected(who, "a file that ends in .png", str(file)))
+    if count > 1:
+        raise ConfigError(expected(who, "one picture", f"--count {count}"))
+
+
+def _write_png(image: Image, file: Path) -> None:
+    from PIL import Image as Pillow
+
+    who, size = f"camera/{image.camera}", (image.width, image.height)
+    if image.encoding_name == "depth32f":
+        raise ConfigError(expected(who, "colours (rgb8 or jpeg)", image.encoding_name))
+    try:
+        if image.encoding_name == "jpeg":
+            pixels = Pillow.open(BytesIO(image.data), formats=["jpeg"]).convert("RGB")
+        else:
+            pixels = Pillow.frombytes("RGB", size, bytes(image.data))
+    except (OSError, ValueError) as error:
+        what = f"{image.encoding_name} of {image.width} x {image.height}"
+        raise MessageError(expected(who, what, str(error))) from None
+    pixels.save(file, "png")
 
 
 def _joint_names(client: RobotClient) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError, FairleadError, PolicyError, expected
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import ActionPart, floats
@@ -73,7 +74,7 @@ def record(
             skill wants is missing.
         PolicyError: as `asked`.
     """
-    from fairlead_hal_sim import RobosuiteBackend, read_options
+    from fairlead_hal_sim import HalSimOptions, RobosuiteBackend
 
     robot = load_robot(deployment.robot)
     if skill.control_periods(robot.tick_period_ns) != 1:
@@ -87,7 +88,7 @@ def record(
                      f"action_contract of {skill.id}", "others")
         )  # fmt: skip
     hal = deployment.only("hal_sim")
-    options = read_options(hal, deployment.services[hal].options)
+    options = check_options(deployment, hal, HalSimOptions)
     with (
         closing(LocalEyes(options, robot, skill)) as eyes,
         closing(RobosuiteBackend(options, robot.tick_period_ns, robot)) as backend,

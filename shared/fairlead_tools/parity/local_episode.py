@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.policy import Done, Failed
@@ -41,7 +42,7 @@ class LocalEpisode:
     def __init__(
         self, deployment: Deployment, skill: SkillManifest, seed: int, reset: ResetEpisodeReply
     ) -> None:
-        from fairlead_hal_sim import RobosuiteBackend, read_options
+        from fairlead_hal_sim import HalSimOptions, RobosuiteBackend
         from fairlead_state_assembler import LocalAssembler
 
         robot = load_robot(deployment.robot)
@@ -50,7 +51,7 @@ class LocalEpisode:
                 f"parity: skill {skill.id}: its rows have to be the simulator's steps"
             )
         hal = deployment.only("hal_sim")
-        options = read_options(hal, deployment.services[hal].options)
+        options = check_options(deployment, hal, HalSimOptions)
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
         self._assembler, self._policy = LocalAssembler(robot), make_policy(skill)
         self._routes = resolve_routes(skill.action_contract, robot)

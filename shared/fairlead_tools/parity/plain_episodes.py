@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.manifest import SkillManifest
@@ -90,10 +91,10 @@ def compare_with_plain(
 
 
 def _environment(deployment: Deployment, robot: RobotManifest) -> dict[str, Any]:
-    from fairlead_hal_sim import read_options
+    from fairlead_hal_sim import HalSimOptions
 
     name = deployment.only("hal_sim")
-    options = read_options(name, deployment.services[name].options)
+    options = check_options(deployment, name, HalSimOptions)
     order = options.part_order
     return {
         "env": options.env,

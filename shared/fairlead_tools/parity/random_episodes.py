@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.service_options import check_options
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import ResetEpisodeReply, floats
 from fairlead.modes import ControlMode
@@ -32,11 +33,11 @@ def random_episodes(
     deployment: Deployment, skill: SkillManifest, scale: float, seeds: Iterable[int], ticks: int
 ) -> list[DeployedEpisode]:
     """For each seed a reset and ``ticks`` vectors of its own, uniform in ``[-scale, scale]``."""
-    from fairlead_hal_sim import RobosuiteBackend, read_options
+    from fairlead_hal_sim import HalSimOptions, RobosuiteBackend
 
     robot = load_robot(deployment.robot)
     name = deployment.only("hal_sim")
-    options = read_options(name, deployment.services[name].options)
+    options = check_options(deployment, name, HalSimOptions)
     backend = RobosuiteBackend(
         options.model_copy(update={"cameras": ()}), robot.tick_period_ns, robot
     )

@@ -7,12 +7,14 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from fairlead.checked_model import MisfitError
 from fairlead.errors import ConfigError
 from fairlead.paths import SKILLS_VARIABLE, repo_root, user_skills_dir
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
-from fairlead.skill.manifest import SkillManifest, read_skill
+from fairlead.skill.manifest import SkillManifest, of_options, read_skill
 from fairlead.skill.python_policy import BACKEND, check_python_policy
+from fairlead.yaml_file import locator
 
 
 def install_problems(folder: Path, skill: SkillManifest) -> list[str]:
@@ -33,6 +35,19 @@ def python_problems(folder: Path, skill: SkillManifest) -> list[str]:
         return []
     try:
         check_python_policy(folder, skill.policy.options)
+    except MisfitError as error:
+        return [str(error.located(of_options(locator(folder / "rskill.yaml"))))]
+    except ConfigError as error:
+        return [str(error)]
+    return []
+
+
+def policy_problems(skill: SkillManifest, folder: Path) -> list[str]:
+    """Why the policy of the skill in a folder cannot be loaded with its options, if it cannot."""
+    from fairlead_skill_runner import check_policy_options
+
+    try:
+        check_policy_options(skill, locator(folder / "rskill.yaml"))
     except ConfigError as error:
         return [str(error)]
     return []

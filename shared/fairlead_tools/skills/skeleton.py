@@ -23,7 +23,7 @@ from fairlead_tools.skills.wave import (
 ARM_MODES = ("cartesian_delta", "joint_velocity", "joint_position")
 
 MANIFEST = """\
-# {name}: change it freely, then: fairlead skill install {name}
+# {name}: yours to change; once: fairlead skill install --link {name}
 id: {name}
 version: 0.1.0
 licence: Apache-2.0

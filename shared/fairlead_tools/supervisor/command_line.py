@@ -59,13 +59,15 @@ def _program(deployment: Deployment, service: str) -> list[str]:
     if spec.command:
         program, *words = spec.command
         if program != "python" and shutil.which(program) is None:
-            who = f"service {service}: command"
+            who = deployment.who(service, "command")
             raise ConfigError(expected(who, "a program that this user may run", repr(program)))
         return [sys.executable if program == "python" else program, *words]
     if spec.run == EXTERNAL:
-        raise ConfigError(f"service {service}: run is {EXTERNAL}: somebody else starts it")
+        raise ConfigError(
+            f"{deployment.who(service, 'run')} is {EXTERNAL}: somebody else starts it"
+        )
     if spec.is_hal:
-        HALS.find(spec.run, f"service {service}: run")
+        HALS.find(spec.run, deployment.who(service, "run"))
     return [sys.executable, "-m", _MODULES.get(spec.run, _HAL_MODULE)]
 
 

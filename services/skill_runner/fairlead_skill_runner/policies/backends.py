@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping
 
 from pydantic import JsonValue
 
+from fairlead.checked_model import Locate, MisfitError, nowhere
 from fairlead.errors import ConfigError, expected
 from fairlead.plugins import POLICIES, Plugin
 from fairlead.policy import Policy, ServerAddress
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.deltas import NOW
-from fairlead.skill.manifest import SkillManifest
+from fairlead.skill.manifest import SkillManifest, find_backend, of_options
 
 PlannerMaker = Callable[[SkillManifest, Mapping[str, JsonValue], RobotManifest, str], Policy]
 """``for_robot`` of a `fairlead.policy.PolicyOfRobot`."""
@@ -47,7 +48,7 @@ def make_policy(
             states that it does not read.
     """
     found = policy_class(plugin)
-    _check_states(found, skill, plugin.name)
+    _check_states(found, skill, plugin.name, nowhere)
     for_robot: PlannerMaker | None = getattr(found, "for_robot", None)
     if for_robot is not None:
         policy = for_robot(skill, options, robot(), profile)
@@ -63,25 +64,31 @@ def make_policy(
     return policy
 
 
-def check_policy_options(skill: SkillManifest) -> None:
+def check_policy_options(skill: SkillManifest, locate: Locate = nowhere) -> None:
     """Let a skill's policy pass if its backend is known and its options fit.
 
     No policy is loaded, no server asked, no file of the skill run.
 
+    Args:
+        locate: says the line of a place in the skill's manifest.
+
     Raises:
         ConfigError: naming every option that does not fit, or the backends there are.
     """
-    found = policy_class(POLICIES.find(skill.policy.backend, "policy.backend"))
-    _check_states(found, skill, skill.policy.backend)
+    found = policy_class(find_backend(skill.policy, locate))
+    _check_states(found, skill, skill.policy.backend, locate)
     try:
         getattr(found, "check_options", _unchecked)(skill, skill.policy.options)
+    except MisfitError as error:
+        raise ConfigError(f"policy.options: {error.located(of_options(locate))}") from None
     except ConfigError as error:
-        raise ConfigError(f"policy.options: {error}") from None
+        raise ConfigError(f"{of_options(locate)(())}policy.options: {error}") from None
 
 
-def _check_states(found: type[Policy], skill: SkillManifest, backend: str) -> None:
+def _check_states(found: type[Policy], skill: SkillManifest, backend: str, locate: Locate) -> None:
     if skill.state_contract.deltas != NOW and not getattr(found, "takes_states", False):
-        who = f"skill {skill.id}: state_contract.deltas"
+        line = locate(("state_contract", "deltas"))
+        who = f"{line}skill {skill.id}: state_contract.deltas"
         wanted = f"[0] for the backend {backend}, which sees no earlier states"
         raise ConfigError(expected(who, wanted, list(skill.state_contract.deltas)))
 
