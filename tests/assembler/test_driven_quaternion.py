@@ -10,15 +10,30 @@ import numpy as np
 import pytest
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.service_options import check_options
 from fairlead.paths import deployment_path
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill
-from fairlead_hal_sim import RobosuiteBackend, read_options
+from fairlead.skill.state_contract import StateContract
+from fairlead_hal_sim import HalSimOptions, RobosuiteBackend
 from fairlead_state_assembler import LocalAssembler
 from fairlead_tools.parity.local_episode import observe
 
 pytestmark = pytest.mark.simulator
-SKILL = load_skill("gr00t-robocasa")
+CONTRACT = StateContract.model_validate(
+    {
+        "layout": "panda_omron_53d",
+        "dim": 53,
+        "bindings": {
+            "eef_frame": "grip_site",
+            "eef_rotation_frame": "panda_hand",
+            "base_frame": "base_site",
+            "world_frame": "map",
+            "gripper_qpos_joints": ["panda_finger_joint1", "panda_finger_joint2"],
+        },
+    }
+)
+SKILL = load_skill("gr00t-robocasa").model_copy(update={"state_contract": CONTRACT})
 FIRST = 21  # of end_effector_rotation_absolute
 YAWS = np.linspace(-3.1, 3.1, 32)
 ROOTS = (0.0, 2.0, 3.1, float(np.pi), -3.1)
@@ -28,8 +43,7 @@ ROOTS = (0.0, 2.0, 3.1, float(np.pi), -3.1)
 @pytest.fixture(scope="module")
 def backend() -> Iterator[RobosuiteBackend]:
     deployment, robot = load_deployment(deployment_path("panda_mobile_sim")), "panda_mobile"
-    hal = deployment.only("hal_sim")
-    options = read_options(hal, deployment.services[hal].options)
+    options = check_options(deployment, deployment.hal, HalSimOptions)
     loaded = load_robot(robot)
     with closing(RobosuiteBackend(options, loaded.tick_period_ns, loaded)) as made:
         made.reset(3)
