@@ -4,6 +4,7 @@
 #include "core/chunk/judge_chunk.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "core/modes/row_limit_check.hpp"
 #include "core/trajectory/trajectory_check.hpp"
@@ -165,6 +166,20 @@ Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chu
   return judge_path(room_, model_, claim.limits, hal_.state(), chunk,
                     JudgedRows::all(first_row, end, queries), rows_.row_before(claim),
                     Companions(companions.begin(), companions.size()));
+}
+
+struct PathRoom::Place {
+  std::optional<TrajectoryCheck> walk;
+};
+
+PathRoom::PathRoom() : place_(std::make_unique<Place>()) {}
+PathRoom::~PathRoom() = default;
+
+TrajectoryCheck& PathRoom::begin(const RobotModel& model, const ClaimLimits& claim,
+                                 const MeasuredState& state, const ActionChunk& chunk,
+                                 const JudgedRows& rows, const RowBefore& before,
+                                 Companions companions) {
+  return place_->walk.emplace(model, claim, state, chunk, rows, before, companions);
 }
 
 Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,

@@ -35,20 +35,6 @@ Evidence check_singularity(const RobotModel& model, const ActionPart& action,
 
 }  // namespace
 
-struct PathRoom::Place {
-  std::optional<TrajectoryCheck> walk;
-};
-
-PathRoom::PathRoom() : place_(std::make_unique<Place>()) {}
-PathRoom::~PathRoom() = default;
-
-TrajectoryCheck& PathRoom::begin(const RobotModel& model, const ClaimLimits& claim,
-                                 const MeasuredState& state, const ActionChunk& chunk,
-                                 const JudgedRows& rows, const RowBefore& before,
-                                 Companions companions) {
-  return place_->walk.emplace(model, claim, state, chunk, rows, before, companions);
-}
-
 TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& claim,
                                  const MeasuredState& state, const ActionChunk& chunk,
                                  const JudgedRows& rows, const RowBefore& before,
