@@ -115,9 +115,9 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
     const Name& name = model_.limits.parts[part].name;
     const auto was = [&] { return tool_at(tool, before)[axis]; };
     if (is_breach(under, [&] { return volume.upper[i] - off_before - was(); }, excuse))
-      return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
+      return of(above(code::workspace, axes[i].view(), point[axis], upper, "m", source), name);
     if (is_breach(over, [&] { return was() - volume.lower[i] - off_before; }, excuse))
-      return of(below(code::workspace, axes[i].view(), point[axis], lower, source), name);
+      return of(below(code::workspace, axes[i].view(), point[axis], lower, "m", source), name);
   }
   return {};
 }
@@ -135,7 +135,7 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
   const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
   const auto margin_before = [&] { return distance_of(before) - off(deviation_before_, tool); };
   if (!is_breach(distance, margin_before, excuse)) return {};
-  return of(below(code::workspace, model_.volumes[volume].tool.view(), distance, 0.0,
+  return of(below(code::workspace, model_.volumes[volume].tool.view(), distance, 0.0, "m",
                   model_.limits.workspace.source.view()),
             model_.limits.parts[part].name);
 }
@@ -158,7 +158,7 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   const auto margin_before = [&] { return margin_of(before) - off(deviation_before_, shape); };
   if (!is_breach(margin, margin_before, excuse)) return {};
   return of_part_that_moves(below(code::workspace, model_.volumes[volume].capsules[capsule].view(),
-                                  margin, 0.0, model_.limits.workspace.source.view()),
+                                  margin, 0.0, "m", model_.limits.workspace.source.view()),
                             movers);
 }
 
@@ -204,7 +204,7 @@ Evidence ShapeCheck::check_pairs(const FramePoses& poses, const FramePoses& befo
     const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
     if (!is_breach(distance - clearance, margin_before, excuse)) continue;
     return of_part_that_moves(below(code::collision, model_.pair_names[pairs_[i]].view(), distance,
-                                    clearance, model_.limits.collision.source.view()),
+                                    clearance, "m", model_.limits.collision.source.view()),
                               pair.movers);
   }
   return {};
