@@ -43,8 +43,7 @@ TEST_CASE("numbers that six digits do not tell apart have all of theirs, plain o
   verdict.limit = 0.05 + 1e-12;
   verdict.margin = verdict.value - verdict.limit;
   verdict.unit = "1";
-  CHECK(verdict_text(verdict) ==
-        "chunk 1 of runner refused: G033: 0.05, limit 0.050000000001");
+  CHECK(verdict_text(verdict) == "chunk 1 of runner refused: G033: 0.05, limit 0.050000000001");
 }
 
 TEST_CASE("a refusal by a rule says what it needs, never its numbers") {
