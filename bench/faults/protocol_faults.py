@@ -187,7 +187,7 @@ def other_versions(stage: GateStage) -> Shot:
         scene.send_bytes(of_version_two(scene.chunk()))
         verdict = scene.verdicts.wait_for()
         assert verdict.code == 1, verdict
-        assert verdict.limit_source.startswith("another version, at byte "), verdict
+        assert verdict.limit_source.startswith("a chunk, got another version, at byte "), verdict
         return watch.shot("status: named, arming refused; chunk: G001 names it", timed=False)
 
 

@@ -10,9 +10,9 @@ import argparse
 import sys
 
 from bench.faults import report as faults
-from bench.pages import records
+from bench.pages import checks, records
 
-PAGES = {page.PAGE: page.current_page for page in (faults, records)}
+PAGES = {page.PAGE: page.current_page for page in (checks, faults, records)}
 
 
 def main() -> int:

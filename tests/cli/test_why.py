@@ -158,7 +158,8 @@ def test_an_old_observation_is_told_without_a_row(ended_session: Session) -> Non
     assert ended_session.why("50") == [
         "tick 50: chunk 5 of runner (skill test) refused, nothing of it moves",
         asked("8 rows", 50, 57),
-        "  why     G006 observation too new or too old: age [ticks] is 20, limit 10, 10 beyond it",
+        "  why     G006 observation too new or too old: age is 20 ticks, limit 10 ticks, "
+        "10 ticks beyond it",
         "  limit   the claim's age_max_ticks",
         "  do      answer from newer states; `age_max_ticks` of the skill says how old they may be",
     ]
@@ -173,8 +174,7 @@ def test_the_last_refusal_comes_with_the_stop_it_caused(ended_session: Session) 
         "  limit   every value is finite and at most 1e6",
         "  do      find the NaN, infinity or huge number of the policy, then reset the stop",
         "tick 60: the gate stopped",
-        "  why     G008 arm cartesian_delta: nan, limit 1e+06 (every value is finite and at most "
-        "1e6)",
+        "  why     G008 arm cartesian_delta, row 0: nan, limit 1e+06",
         f"  do      when the cause has gone: fairlead reset {ended_session.stop_id}",
     ]
 
@@ -198,7 +198,7 @@ def test_json_has_the_numbers_and_the_words(ended_session: Session) -> None:
     done = fairlead("why", "20", "--log", folder, "--json", state=state)
     (decision,) = json.loads(done.stdout)["decisions"]
     assert decision["words"] == ended_session.why("20")
-    assert (decision["kind"], decision["code"], decision["chunk"]["unit"]) == ("verdict", 20, "m")
+    assert (decision["kind"], decision["code"], decision["unit"]) == ("verdict", 20, "m")
     assert decision["would_pass"]["scale"] == pytest.approx(0.9633)
 
 
@@ -218,6 +218,7 @@ def test_a_stop_by_what_was_measured_says_what_to_look_at(tmp_path: Path) -> Non
     assert lines[0].endswith(": the gate stopped")
     assert lines[1].startswith("  why     G042 arm panda_joint3: 12345 N m, limit ")
     assert lines[2:] == [
+        "  limit   fairlead robot show panda_mobile --profile sim --sources",
         "  first   look what the robot touches or has lost, then reset the stop",
         f"  do      when the cause has gone: fairlead reset {stop:016x}",
     ]
@@ -260,7 +261,33 @@ def test_a_file_that_is_no_log_is_named(tmp_path: Path) -> None:
     )
 
 
+def test_a_check_is_told_as_the_table_of_the_documents_has_it(tmp_path: Path) -> None:
+    done = fairlead("why", "G024", state=tmp_path)
+    assert done.stdout.splitlines() == [
+        "G024 cannot brake before a limit",
+        "  hazard  no braking before the end stop",
+        "  passes  lower <= q + v wait + v|v| / 2a <= upper after each row",
+        "  unit    rad, m",
+        "  else    truncate",
+        "  example arm panda_joint4: -3.1 rad, limit -3.0718 rad",
+        "  do      slow down before the limit: braking would end beyond it",
+        "  more    docs/safety-checks.md, Prediction",
+        "  tests   build/safety/fairlead-safety-tests --test-case='*G024*'",
+    ]
+    in_json = fairlead("why", "G024", "--json", state=tmp_path)
+    assert json.loads(in_json.stdout)["words"] == done.stdout.splitlines()
+
+
+def test_a_check_that_is_none_is_refused_with_those_there_are(tmp_path: Path) -> None:
+    done = fairlead("why", "G099", state=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "expected the code of a check, got 'G099' (valid: G001, G002" in done.stderr
+
+
 def test_what_is_no_tick_is_a_wrong_command_line(tmp_path: Path) -> None:
     done = fairlead("why", "yesterday", state=tmp_path)
     assert done.returncode == 2
-    assert "expected `last` or a tick such as 120, got 'yesterday'" in done.stderr
+    assert (
+        "expected `last`, a tick such as 120 or a check such as G020, got 'yesterday'"
+        in done.stderr
+    )

@@ -161,7 +161,7 @@ async def test_refused_rows_are_an_error_with_the_verdict(
     with pytest.raises(ChunkRefusedError) as caught:
         await claim.send(1, base_rows(claim))
     assert str(caught.value) == (
-        "safety refused: G020 limit: chunk 1 refused at row 0, base x: value 0.5, limit 0.4\n"
+        "safety refused: G020 limit: chunk 1 refused at row 0, base x: 0.5, limit 0.4\n"
         "  try: fairlead why"
     )
     assert caught.value.verdict.code == 20

@@ -10,7 +10,7 @@ from tests.differential.fault import Fault, above, below
 from tests.differential.gate_file import JOINT_MODES, MODES, Block, GateFile, Joint
 from tests.differential.poses import pose_faults
 
-TOWARDS = "outside its bounds: only towards them"
+TOWARDS = "a way back towards its bounds"
 
 
 def norm(values: Sequence[float]) -> float:

@@ -9,14 +9,14 @@ from bench.equipment.case import ActedRow, Before, Chunk, Measured, PartRows
 from tests.differential.fault import Fault, above
 from tests.differential.gate_file import MODES, GateFile
 
-LISTED = "a mode that the part's transitions allow after the one that acted last"
-STILL = "a part changes its mode or frame at standstill only"
-UNMEASURED = STILL + ", after a tick without a row for it"
+LISTED = "a change in its transitions"
+STILL = "standstill, to change mode or frame"
+UNMEASURED = "standstill after a held tick"
 TURN = "standstill, to turn the composite switch"
-TURN_UNMEASURED = "standstill after a tick without a row, to turn the composite switch"
+TURN_UNMEASURED = UNMEASURED
 LEFT_OUT = "composite left out"
 COMPOSITE = MODES.index("composite_mode")
-TURN_LATER = "the first row of a chunk and standstill, to turn the composite switch"
+TURN_LATER = "a first row, and standstill"
 
 
 def change_faults(

@@ -11,6 +11,8 @@ import numpy as np
 from bench.equipment.case import ActedRow, Before, Case, Chunk, Measured, PartRows
 from bench.equipment.core_gate import Answer
 from fairlead.messages import Outcome
+from fairlead.wire.gate_checks import CHECKS
+from fairlead.wire.verdict_text import is_rule
 from tests.differential.claims import tightened
 from tests.differential.fault import Fault
 from tests.differential.gate_file import MODES, GateFile
@@ -126,6 +128,9 @@ def _pairs(chunk: Chunk, ruling: Ruling, answer: Answer) -> Iterator[tuple[str, 
     yield "limit", fault.limit, verdict.limit
     yield "margin", fault.margin, verdict.margin
     yield "limit_source", fault.source, verdict.limit_source
+    if not is_rule(verdict):
+        units = CHECKS[verdict.code].units
+        yield "unit", verdict.unit if verdict.unit in units else units, verdict.unit
     yield "stopped", ruling.stops, answer.stopped
     is_any = ruling.row_count > 0
     first = chunk.start_tick + ruling.first_row if is_any else 0

@@ -191,7 +191,7 @@ class Protocol:
         if chunk.oldest_tick > chunk.obs_tick:
             return Fault(6, -1, "", "oldest_tick", chunk.oldest_tick, chunk.obs_tick)
         if age > self.age_max_ticks:
-            return Fault(6, -1, "", "age [ticks]", age, self.age_max_ticks)
+            return Fault(6, -1, "", "age", age, self.age_max_ticks)
         if chunk.start_tick > start:
             return Fault(6, -1, "", "start_tick", chunk.start_tick, start)
         return None

@@ -128,7 +128,5 @@ def has_stopped(file: GateFile, measured: Measured, chunk: Chunk, ruling: Ruling
     return False
 
 
-NOT_ARMED = Ruling(
-    Outcome.REFUSED, Fault(3, -1, "", "state", 0.0, 0.0, 0.0, "the gate is not armed")
-)
+NOT_ARMED = Ruling(Outcome.REFUSED, Fault(3, -1, "", "state", 0.0, 0.0, 0.0, "an armed gate"))
 """What a chunk is told after a stop."""

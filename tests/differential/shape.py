@@ -44,7 +44,7 @@ def _horizon(horizon_max: int, chunk: Chunk) -> Iterator[Fault]:
         limit = min(horizon_max, ROWS_MAX)
         yield above(7, -1, ("", "horizon"), chunk.horizon, limit, "the claim's horizon_max")
     if not chunk.parts:
-        yield Fault(7, -1, "", "parts", 0.0, 0.0, 0.0, "a chunk commands at least one part")
+        yield Fault(7, -1, "", "parts", 0.0, 0.0, 0.0, "at least one part")
 
 
 def _has_checker(rows: PartRows) -> bool:
@@ -64,7 +64,7 @@ def _widths(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
 def _ticks(chunk: Chunk) -> Iterator[Fault]:
     """ "ticks of all rows, and the one after the last, within 64 bits"."""
     if chunk.start_tick + chunk.horizon > TICK_MAX:
-        text = "its rows' ticks, and the one after, fit 64 bits"
+        text = "ticks that fit 64 bits, with the one after"
         yield Fault(7, -1, "", "start_tick", float(chunk.start_tick), 0.0, 0.0, text)
 
 
@@ -93,7 +93,7 @@ def _commands(file: GateFile, chunk: Chunk) -> Iterator[Fault]:
         seen.add(rows.part)
         if not _has_checker(rows):
             mode = MODES[rows.mode] if rows.mode < len(MODES) else "unknown"
-            yield Fault(9, -1, part.name, mode, rows.mode, 0.0, 0.0, "no checker for this mode")
+            yield Fault(9, -1, part.name, mode, rows.mode, 0.0, 0.0, "a mode that has a checker")
             continue
         if rows.mode not in part.modes:
             text = "a mode this part declares"
@@ -111,7 +111,7 @@ def _frame(part: str, frames: list[str] | None, rows: PartRows) -> Iterator[Faul
             text = "a frame declared for this mode"
             yield Fault(9, -1, part, "frame_id", 0.0, 0.0, 0.0, text)
     elif rows.frame:
-        text = "joint modes have no frame" if rows.mode in JOINT_MODES else "this mode has no frame"
+        text = "no frame in a joint mode" if rows.mode in JOINT_MODES else "no frame in this mode"
         yield Fault(9, -1, part, "frame_id", 0.0, 0.0, 0.0, text)
 
 
@@ -120,11 +120,11 @@ def _mask(file: GateFile, rows: PartRows) -> Iterator[Fault]:
     part = file.parts[rows.part]
     if rows.mode not in JOINT_MODES:
         if rows.active:
-            text = "only joint modes have a mask"
+            text = "no mask but in a joint mode"
             yield Fault(9, -1, part.name, "active", 0.0, 0.0, 0.0, text)
         return
     if not rows.active:
-        text = "a joint mode names the joints it commands"
+        text = "the joints that it commands"
         yield Fault(9, -1, part.name, "active", 0.0, 0.0, 0.0, text)
     last = -1
     for joint in rows.active:
@@ -132,10 +132,10 @@ def _mask(file: GateFile, rows: PartRows) -> Iterator[Fault]:
             axis = file.joints[joint].name if joint < len(file.joints) else "active"
             yield Fault(9, -1, part.name, axis, joint, 0.0, 0.0, "a joint of this part")
         if joint <= last:
-            yield Fault(9, -1, part.name, "active", joint, last, 0.0, "ascending and unique")
+            yield Fault(9, -1, part.name, "active", joint, last, 0.0, "ascending joints, each once")
         last = joint
     if len(file.turned_slides & {*rows.active}) == 1:
-        text = "both slides of a base whose commands turn against its yaw, or neither"
+        text = "both slides of its base, or neither"
         yield Fault(9, -1, part.name, "active", 0.0, 0.0, 0.0, text)
 
 

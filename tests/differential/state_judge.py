@@ -41,7 +41,7 @@ class StateJudge:
         """
         silence_ns = now_ns - max((arrived for _, arrived in self.arrivals), default=now_ns)
         if self.pacing == "realtime" and silence_ns > self.timeout_ns:
-            return 11, "state age [ms]"
+            return 11, "state age"
         newest = self.newest[0].tick
         if state.tick < newest:
             return 0, ""

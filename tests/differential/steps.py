@@ -124,7 +124,7 @@ def _left_out(
     for index in sorted(set(last) - set(rows.active)):
         where = (part.name, file.joints[index].name)
         if mode != "joint_velocity":
-            why = "the row before tells it a target: not left out before a held tick"
+            why = "its target again, or a held tick"
             yield Fault(step, row, *where, source=why)
         elif not abs(last[index]) <= limits[index]:
             yield above(step, row, where, abs(last[index]), limits[index], block["source"])

@@ -96,9 +96,9 @@ def test_judge_says_in_words_what_changes(a_run: Path, config: Path, tmp_path: P
     assert status == 1
     assert [line for line in text.splitlines() if line.startswith("  tick")] == [
         "  tick 5: chunk 2 of runner was released; instead: chunk 2 of runner refused: G020 arm "
-        f"linear, row 0: 0.05, limit 0.03 ({source})",
+        f"linear, row 0: 0.05 m, limit 0.03 m ({source})",
         "  tick 14: chunk 5 of runner was released; instead: chunk 5 of runner refused: G020 arm "
-        "linear, row 0: 0.04, limit 0.03",  # where that comes from has been said
+        "linear, row 0: 0.04 m, limit 0.03 m",  # where that comes from has been said
     ]
     assert "2 of 7 verdicts change\n" in text
 

@@ -147,6 +147,6 @@ def test_five_unreadable_frames_that_cite_the_claim_end_it(scene: Scene) -> None
     for _ in range(5):
         scene.send_bytes(whole[:-1])
     told = scene.verdicts.wait_for(lambda m: m.code == 1).limit_source
-    assert told.startswith("cut short, at byte "), told
+    assert told.startswith("a chunk, got cut short, at byte "), told
     assert told.endswith(f" of {len(whole) - 1}"), told
     assert scene.statuses.wait_for(lambda m: dict(m.counters).get("G001", 0) >= 5).claims == ()

@@ -149,7 +149,7 @@ def test_the_log_names_what_happened_and_why(scene: Scene) -> None:
         "INFO safety: ready",
         "INFO safety: armed by test",
         "of runner for test",
-        "INFO safety: chunk 1 of runner refused: G003 epoch (the current arm epoch)",
+        "INFO safety: chunk 1 of runner refused: G003 epoch: needs the current arm epoch",
         "INFO safety: stopped: by operator: test",
         "INFO safety: ends on SIGTERM",
     ):

@@ -83,6 +83,7 @@ SAFETY = {
         released_last=1011,
         config_hash=CONFIG_HASH,
         latency_ns=12_345,
+        unit="m",
     ),
     "Verdict.released": Verdict(
         verdict_id=VERDICT,
@@ -125,6 +126,7 @@ SAFETY = {
         released_last=2**16,
         config_hash=NO_HASH,
         latency_ns=U64_MAX,
+        unit="u" * 32,
     ),
     "GateStatus": GateStatus(
         robot="panda_mobile",

@@ -213,10 +213,14 @@ def test_the_caption_of_a_refusal_says_without_its_limits_source_whether_the_rob
     run: Run,
 ) -> None:
     beyond = msgspec.structs.replace(
-        verdict(2, Outcome.REFUSED, 20), value=5.0, limit=0.1, limit_source="a data sheet"
+        verdict(2, Outcome.REFUSED, 20),
+        value=5.0,
+        limit=0.1,
+        margin=-4.9,
+        limit_source="a data sheet",
     )
     moving = refusal(run, "5 m", beyond)
-    assert moving.said == "G020 limit: chunk 2 refused: value 5, limit 0.1"
+    assert moving.said == "G020 limit: chunk 2 refused: 5, limit 0.1"
     assert moving.counts == "tick 12"
     run.joints.append(joints(13, (NO_ROW,) * 4))
     assert refusal(run, "5 m", beyond).counts == "tick 13   every part holds"

@@ -13,16 +13,23 @@ CORE = SAFETY / "src" / "core"
 EVIDENCE = CORE / "chunk" / "judgement.hpp"
 CASE = re.compile(r'^TEST_CASE\(\s*"([^"]+)"', re.M)
 CODE_IN_NAME = re.compile(r"\bG(\d{3})\b")
+# Of a finding, as the last argument of a `check` of one, or in the cause of a stop.
+UNIT = re.compile(
+    r'(?:unit == "|, \d+,\s*"|, limit [-\d.e]+ )'
+    r'(N m|N|rad/s|rad|m/s|ms|m|us|ticks|rows|1)(?="\);|[ "])'
+)
 SWEEP = re.compile(r"just_above|just_below|[+-] 1e-|[+-] eps\b")
 
 
 @dataclass(frozen=True)
 class CoreTest:
-    """One test case: its file's name, its own, and whether it comes close to a limit."""
+    """One test case: its file's name, its own, whether it comes close to a limit, and
+    which units of magnitudes it asks for."""
 
     file: str
     name: str
     sweeps: bool
+    units: frozenset[str]
 
     @property
     def codes(self) -> set[int]:
@@ -45,6 +52,32 @@ def asked_codes() -> set[int]:
     return {number for name, number in declared_codes().items() if name in used}
 
 
+@dataclass(frozen=True)
+class CoreRule:
+    """A rule without a magnitude: of which code, and what it needs."""
+
+    code: int
+    words: str
+
+
+def core_rules() -> list[CoreRule]:
+    """Every rule that the core has a literal for."""
+    found = []
+    for path in sorted(CORE.rglob("*.cpp")):
+        text = path.read_text()
+        named = dict(re.findall(r'constexpr std::string_view (\w+) =\s*"([^"]+)"', text))
+        for call in re.findall(r"broken_rule\(([^;]*);", text):
+            literals = re.findall(r'"([^"]+)"', re.sub(r'"\s+"', "", call))
+            said = [
+                *literals[-1:],
+                *(named[word] for word in re.findall(r"\w+", call) if word in named),
+            ]
+            name = re.match(r"code::(\w+)", call)  # none: what G021 to G023 have in common
+            codes = [declared_codes()[name[1]]] if name else [21, 22, 23]
+            found += [CoreRule(code, said[-1]) for code in codes if "made_of" not in call]
+    return found
+
+
 def core_tests() -> list[CoreTest]:
     """Every C++ test case whose name says a code."""
     found = []
@@ -58,6 +91,11 @@ def _tests_in(path: Path) -> list[CoreTest]:
     starts = list(CASE.finditer(text))
     ends = [*[match.start() for match in starts][1:], len(text)]
     return [
-        CoreTest(path.name, match.group(1), SWEEP.search(text, match.start(), end) is not None)
+        CoreTest(
+            path.name,
+            match.group(1),
+            SWEEP.search(text, match.start(), end) is not None,
+            frozenset(UNIT.findall(text, match.start(), end)),
+        )
         for match, end in zip(starts, ends, strict=False)
     ]

@@ -132,7 +132,7 @@ def test_pictures_and_a_refusal_are_seen_in_ros_2(router: str, start_ros: StartR
     assert (small["format"], small["data"]) == ("jpeg", [255, 216])
     [status] = diagnostics["status"]
     assert (status["name"], status["level"]) == ("fairlead gate: me", 2)
-    assert status["message"].startswith("G020 limit: chunk 3 refused at row 2, arm x: value 5")
+    assert status["message"].startswith("G020 limit: chunk 3 refused at row 2, arm x: 5")
     values = {one["key"]: one["value"] for one in status["values"]}
     assert values == {"seq": "3", "code": "20", "part": "arm", "axis": "x"}
     node.close()

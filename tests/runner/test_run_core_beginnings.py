@@ -85,7 +85,7 @@ def test_a_policy_is_told_what_acted_and_what_the_gate_said(run: Story) -> None:
     assert (third.judged.answer_tick, third.judged.outcome, third.judged.code) == (
         15, "refused", "G020",
     )  # fmt: skip
-    assert third.judged.text.startswith("G020 limit: chunk 2 refused at row 2, arm linear: value 5")
+    assert third.judged.text.startswith("G020 limit: chunk 2 refused at row 2, arm linear: 5")
 
 
 def test_where_the_robot_s_report_or_a_verdict_is_lost_nothing_is_made_up(run: Story) -> None:

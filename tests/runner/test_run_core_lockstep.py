@@ -88,7 +88,7 @@ def test_a_truncated_chunk_is_followed_by_a_question_at_the_first_missing_row(ru
     run.tick(7)
     assert run.seen_ticks() == [5, 7]
     assert run.core.last_refusal == (
-        "G020 limit: chunk 1 truncated at row 2, arm linear: value 5, limit 0.0867"
+        "G020 limit: chunk 1 truncated at row 2, arm linear: 5, limit 0.0867"
     )
 
 
@@ -178,7 +178,7 @@ def test_a_goal_whose_every_chunk_is_refused_ends_with_their_number_and_the_last
     assert (result.outcome, result.detail) == (
         "deadline",
         "not done after 2 ticks; 2 of 2 chunks refused, the last: G020 limit: chunk 2 refused at "
-        "row 2, arm linear: value 5, limit 0.0867",
+        "row 2, arm linear: 5, limit 0.0867",
     )
 
 

@@ -234,7 +234,7 @@ def test_endless_refusals_stall_and_the_last_one_is_told(run: Story) -> None:
     assert result is not None
     assert result.detail == (
         "no rows released for 6.0 s, waiting for released rows at tick 12; last refusal: "
-        "G020 limit: chunk 3 refused at row 2, arm linear: value 5, limit 0.0867"
+        "G020 limit: chunk 3 refused at row 2, arm linear: 5, limit 0.0867"
     )
 
 

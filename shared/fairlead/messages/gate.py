@@ -75,14 +75,15 @@ class Verdict(Message, frozen=True, kw_only=True, tag=10):
     row: int  # at fault, -1: none
     part: str  # at fault, or empty
     axis: str  # its joint or axis, or empty
-    value: float  # what was asked, in the axis' unit
+    value: float  # what was asked
     limit: float  # what is allowed
-    margin: float  # limit minus value (lower limit: value minus limit), 0 without a measure
-    limit_source: str  # where the limit is declared
+    margin: float  # limit minus value (lower limit: value minus limit), 0 of a rule
+    limit_source: str  # where the limit is declared; of a rule, what it needs
     released_first: U64  # tick, 0: none
     released_last: U64  # tick, 0: none
     config_hash: Hash32
     latency_ns: U64  # ns from receipt to verdict, the gate's own clock
+    unit: str = ""  # of value, limit and margin, "1": a plain number; empty: a rule; may be absent
 
 
 class LimitOverride(Record, frozen=True, kw_only=True):

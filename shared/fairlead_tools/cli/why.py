@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,10 +11,12 @@ import msgspec
 import typer
 
 from fairlead.deploy.registry import Registry
-from fairlead.errors import NoAnswerError
+from fairlead.errors import NoAnswerError, expected
 from fairlead.paths import decisions_binary
+from fairlead.wire.gate_checks import CHECKS
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import JsonOption, RunningOption, choose_running, example
+from fairlead_tools.decision_log.check import check_lines
 from fairlead_tools.decision_log.explanation import Explanation, explain
 from fairlead_tools.decision_log.text import decision_lines
 
@@ -54,14 +57,27 @@ def parse_tick(text: str) -> int | None:
     if text == "last":
         return None
     if not text.isdecimal():
-        raise typer.BadParameter(f"expected `last` or a tick such as 120, got {text!r}")
+        wanted = "`last`, a tick such as 120 or a check such as G020"
+        raise typer.BadParameter(f"expected {wanted}, got {text!r}")
     return int(text)
+
+
+def parse_check(text: str) -> int | None:
+    """The number of a check such as ``G020``; None if it is no such word."""
+    if re.fullmatch(r"[Gg]\d{1,3}", text) is None:
+        return None
+    code = int(text[1:])
+    if code not in CHECKS:
+        wrong = expected("", "the code of a check", repr(text), [f"G{one:03d}" for one in CHECKS])
+        raise typer.BadParameter(wrong.removeprefix(": "))
+    return code
 
 
 @example("fairlead why last")
 def why_command(
     tick: Annotated[
-        str, typer.Argument(metavar="[TICK|last]", help="a tick, or the last refusal")
+        str,
+        typer.Argument(metavar="[TICK|last|CODE]", help="a tick, the last refusal, or a check"),
     ] = "last",
     source: Annotated[str | None, typer.Option(help="only chunks of this runner")] = None,
     deployment: RunningOption = None,
@@ -78,8 +94,12 @@ def why_command(
 
     `last` is the newest refusal or truncation, with every stop since. A TICK shows what was
     decided at that tick or about a row for it. Reads the decision log of the gate that runs
-    here, or ran last.
+    here, or ran last. G020 says what that check asks, what follows and what to do.
     """
+    if (code := parse_check(tick)) is not None:
+        lines = check_lines(code)
+        print_json({"words": lines}) if as_json else echo("\n".join(lines))
+        return
     number = parse_tick(tick)
     chosen = log if log is not None else choose_decision_log(deployment, state_dir)
     asked = explain(chosen, number, source)

@@ -1,7 +1,7 @@
 """What a gate's decision log says about a decision, as ``fairlead-decisions explain`` reads it.
 
 The gate's own program reads the log and, for what would have passed, asks the gate's own code
-again; here it is only decoded. Numbers are in the unit that ``Chunk.unit`` names; ids are hex.
+again; here it is only decoded. Ids are hex.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ class ChunkPart(msgspec.Struct, frozen=True):
 class Chunk(msgspec.Struct, frozen=True):
     """What was asked: ``rows`` rows from ``start_tick`` on, made from the state of ``obs_tick``.
 
-    ``skill`` is that of the claim, "" if it was made before the log begins. ``mode`` and ``unit``
-    are those of the verdict's part, "" if it names none.
+    ``skill`` is that of the claim, "" if it was made before the log begins. ``mode`` is that
+    of the verdict's part, "" if it names none.
     """
 
     goal_id: str
@@ -42,11 +42,10 @@ class Chunk(msgspec.Struct, frozen=True):
     rows: int
     parts: tuple[ChunkPart, ...]
     mode: str = ""
-    unit: str = ""
 
 
 class Judged(msgspec.Struct, frozen=True):
-    """The fields of a verdict, as in ``fairlead.messages.Verdict``."""
+    """The fields of a verdict, as in ``fairlead.messages.Verdict``; no unit in an older log."""
 
     source: str
     seq: int
@@ -61,6 +60,7 @@ class Judged(msgspec.Struct, frozen=True):
     limit_source: str
     released_first: int
     released_last: int
+    unit: str = ""
 
 
 class Passes(msgspec.Struct, frozen=True):
@@ -85,14 +85,12 @@ class Passes(msgspec.Struct, frozen=True):
 class Nearest(msgspec.Struct, frozen=True):
     """How far a released part was from refusal: ``scale`` times its numbers about rest pass.
 
-    ``scale`` is None if 100 times would pass too; ``beyond`` is the verdict just above it,
-    its numbers in ``unit``.
+    ``scale`` is None if 100 times would pass too; ``beyond`` is the verdict just above it.
     """
 
     part: str
     scale: float | None = None
     beyond: Judged | None = None
-    unit: str = ""
 
 
 class Answer(Judged, frozen=True, tag_field="kind", tag="verdict"):

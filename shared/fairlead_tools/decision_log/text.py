@@ -5,10 +5,16 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from fairlead.modes import ControlMode
 from fairlead.paths import repo_root
 from fairlead.wire.gate_checks import CHECKS
-from fairlead.wire.verdict_text import check_title
+from fairlead.wire.verdict_text import (
+    check_title,
+    is_rule,
+    numbers_of,
+    place_of,
+    value_and_limit,
+    with_unit,
+)
 from fairlead_tools.decision_log.declared_limit import DeclaredLimit, declared_limit
 from fairlead_tools.decision_log.explanation import (
     Answer,
@@ -40,6 +46,9 @@ def _ended_lines(asked: Explanation, ended: Stop | Latch) -> list[str]:
     )
     lines = [f"tick {ended.tick}: the gate {what}", _line("why", cause)]
     if hint := _hint_of(cause):
+        lines.append(
+            _line("limit", f"fairlead robot show {asked.robot} --profile {asked.profile} --sources")
+        )
         lines.append(_line("first", hint))
     if held and now is not None and now.fix:
         return [*lines, _line("do", f"when the cause has gone: {now.fix}")]
@@ -97,29 +106,20 @@ def _asked(chunk: Chunk) -> str:
 def _why(answer: Answer) -> str:
     what = f"G{answer.code:03d} {check_title(answer.code)}"
     row = f"row {answer.row}" if answer.row >= 0 else ""
-    where = ", ".join(text for text in (row, f"{answer.part} {answer.axis}".strip()) if text)
-    if answer.margin == 0.0 or not where:  # a rule without a magnitude
-        rule = f", needs {answer.limit_source}" if answer.limit_source else ""
-        where += _changed(answer)
-        return f"{what}: {where}{rule}" if where else f"{what}{rule.replace(', ', ': ', 1)}"
-    unit = answer.chunk.unit if answer.chunk is not None else ""
-    text = f"{what}: {where} is {_number(answer.value, unit)}, limit {_number(answer.limit, unit)}"
+    where = ", ".join(text for text in (row, place_of(answer)) if text)
+    if is_rule(answer) or not where:
+        said = ", ".join(text for text in (where, numbers_of(answer)) if text)
+        return f"{what}: {said}" if said else what
+    value, limit = value_and_limit(answer)
+    text = f"{what}: {where} is {value}, limit {limit}"
     over = answer.margin
     if isinstance(over, float) and math.isfinite(over):
-        text += f", {_number(abs(over), unit)} beyond it"
+        text += f", {with_unit(abs(over), answer.unit)} beyond it"
     return text
 
 
-def _changed(answer: Answer) -> str:
-    """Which mode was to follow which, where that is what a chunk was refused for."""
-    if answer.code != 25 or answer.axis != "mode" or answer.value == answer.limit:
-        return ""
-    now, last = (ControlMode(int(number)).yaml_name for number in (answer.value, answer.limit))
-    return f" {now} after {last}"
-
-
 def _limit_lines(asked: Explanation, answer: Answer) -> list[str]:
-    if answer.margin == 0.0:
+    if is_rule(answer):
         return []
     lines = []
     mode = answer.chunk.mode if answer.chunk is not None else ""
@@ -160,12 +160,12 @@ def _passes(answer: Answer, passes: Passes) -> str:
             f"the whole chunk, asked of this gate with every number of {answer.part} times {scale}"
             f"{_about(answer)}"
         )
-    unit = answer.chunk.unit if answer.chunk is not None else ""
     where = f"{answer.part} {answer.axis} in row {answer.row}"
     if passes.number is not None and passes.asked is not None:
         return (
             f"the whole chunk, asked of this gate with {where} at "
-            f"{_number(_trimmed(passes.number), unit)} instead of {_number(passes.asked, unit)}"
+            f"{with_unit(_trimmed(passes.number), answer.unit)} instead of "
+            f"{with_unit(passes.asked, answer.unit)}"
         )
     before = "the row before" if passes.about_row else "what is measured"
     return (
@@ -196,7 +196,7 @@ def _nearest(nearest: Nearest) -> str:
     return (
         f"{nearest.part}: up to {nearest.scale:.4g} times its numbers, asked of this gate; then "
         f"G{beyond.code:03d} {beyond.axis} in row {beyond.row}, "
-        f"limit {_number(beyond.limit, nearest.unit)}"
+        f"limit {with_unit(beyond.limit, beyond.unit)}"
     )
 
 
@@ -210,11 +210,6 @@ def _trimmed(number: float) -> float:
         return number
     unit = 10.0 ** (math.floor(math.log10(abs(number))) - 5)
     return math.trunc(number / unit * (1 + 1e-9)) * unit
-
-
-def _number(value: float | str, unit: str) -> str:
-    text = value if isinstance(value, str) else f"{value:.6g}"
-    return f"{text} {unit}".rstrip()
 
 
 def _line(name: str, text: str) -> str:

@@ -68,7 +68,7 @@ class HandDriving:
         self._robot, self._drive, self._grip, self._device = robot, drive, grip, device
         ahead = 0 if lockstep else 1
         self._pilot = Pilot(drive, ahead=ahead, horizon=horizon, silence_s=device.silence_s)
-        self._refusals = Refusals(robot, drive)
+        self._refusals = Refusals()
         self._at = at
         self._period_s = robot.tick_period_ns * 1e-9 if lockstep and paced else 0.0
         self._part = robot.part_names.index(drive.part)

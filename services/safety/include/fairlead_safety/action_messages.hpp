@@ -88,6 +88,7 @@ enum class Outcome : std::uint8_t { released = 0, truncated = 1, refused = 2 };
 
 struct Verdict {
   static constexpr std::uint8_t type_id = 10;
+  static constexpr std::size_t optional_fields = 1;
   std::uint64_t verdict_id = 0;
   std::uint64_t session = 0;
   std::uint64_t epoch = 0;
@@ -107,9 +108,12 @@ struct Verdict {
   std::uint64_t released_last = 0;
   Hash config_hash{};
   std::uint64_t latency_ns = 0;
+  Name unit;  // of value, limit and margin; empty: a rule, or by an older gate
+  /// Else it is a rule that `limit_source` words.
+  [[nodiscard]] bool has_magnitude() const { return !unit.empty() || margin != 0.0; }
   FAIRLEAD_FIELDS(verdict_id, session, epoch, claim_id, source, seq, outcome, code, row, part, axis,
                   value, limit, margin, limit_source, released_first, released_last, config_hash,
-                  latency_ns)
+                  latency_ns, unit)
 };
 
 struct StopLevel {

@@ -169,10 +169,11 @@ int report_again(const LogWords& words, json found, const Findings& findings) {
 }
 
 // Where a limit comes from may be a page of text: it is said once.
-std::string in_words(Verdict verdict, std::set<std::string>& said) {
+std::string in_words(const Verdict& verdict, std::set<std::string>& said) {
   if (verdict.outcome == static_cast<std::uint8_t>(Outcome::released)) return "released";
-  if (!said.emplace(verdict.limit_source.view()).second) verdict.limit_source = {};
-  return verdict_text(verdict);
+  const std::string source(verdict.limit_source.view());
+  const bool is_news = verdict.has_magnitude() && said.emplace(source).second;
+  return verdict_text(verdict) + (is_news ? " (" + source + ")" : "");
 }
 
 constexpr const char* kOpenLoop =

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"
 
 namespace fairlead {
@@ -79,7 +78,6 @@ void LogStory::remember_chunk(const Event& event) {
     const bool known = part.part < limits_.parts.size();
     parts.push_back({{"part", known ? std::string(limits_.parts[part.part].name.view()) : "?"},
                      {"mode", mode_name(part.mode)},
-                     {"mode_number", part.mode},
                      {"frame", part.frame_id.view()}});
   }
   const auto skill = skills_.find(chunk_.claim_id);
@@ -110,11 +108,7 @@ Moment LogStory::moment_of(const Record& record, const Verdict& verdict) {
     moment.horizon = chunk->horizon;
     moment.chunk = chunk->chunk;
     for (const json& part : chunk->chunk.at("parts"))
-      if (part.at("part") == verdict.part.view()) {
-        moment.chunk["mode"] = part.at("mode");
-        moment.chunk["unit"] =
-            unit_of(limits_, verdict, part.at("mode_number").get<std::uint8_t>());
-      }
+      if (part.at("part") == verdict.part.view()) moment.chunk["mode"] = part.at("mode");
     break;
   }
   return moment;

@@ -50,6 +50,7 @@ json verdict_document(const Verdict& verdict) {
                    {"value", number(verdict.value)},
                    {"limit", number(verdict.limit)},
                    {"margin", number(verdict.margin)},
+                   {"unit", verdict.unit.view()},
                    {"limit_source", verdict.limit_source.view()},
                    {"released_first", verdict.released_first},
                    {"released_last", verdict.released_last}};

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/kinematics/forward_kinematics.hpp"
-#include "decisions/unit.hpp"
 #include "decisions/verdict_document.hpp"
 
 namespace fairlead {
@@ -149,10 +148,10 @@ json all_rows(ChunkProbe& probe, std::size_t action, const Limits& limits,
   return {{"change", "rows"}, {"scale", told(probe, selection, rest, scale)}};
 }
 
-// A rule without a magnitude has no margin; a change (G025) is a matter of when, not of how much.
+// A rule has no magnitude; a change (G025) is a matter of when, not of how much.
 bool is_about_numbers(const Verdict& verdict) {
   return verdict.row >= 0 && verdict.code >= 20 && verdict.code != 25 &&
-         std::isfinite(verdict.value) && verdict.margin != 0.0;
+         std::isfinite(verdict.value) && verdict.has_magnitude();
 }
 
 }  // namespace
@@ -184,10 +183,7 @@ json nearest_limits(ChunkProbe& probe, const Limits& limits, const std::vector<d
       const double scale = told(probe, selection, rest, largest);
       entry["scale"] = scale;
       const std::optional<Verdict> beyond = probe.scaled(selection, rest, scale * 1.01);
-      if (beyond.has_value() && !is_released(beyond)) {
-        entry["beyond"] = verdict_document(*beyond);
-        entry["unit"] = unit_of(limits, *beyond, part.mode);
-      }
+      if (beyond.has_value() && !is_released(beyond)) entry["beyond"] = verdict_document(*beyond);
     }
     found.push_back(entry);
   }

@@ -252,7 +252,7 @@ void GateProcess::log_refusal(Bytes payload) {
   if (decode(payload, verdict) != FrameFault::none || verdict.code == 0) return;
   if (verdict.verdict_id <= logged_verdict_) return;  // said again for who missed it
   logged_verdict_ = verdict.verdict_id;
-  log_.write(LogWriter::Kind::refusal, verdict_line(verdict));
+  log_.write(LogWriter::Kind::refusal, verdict_text(verdict));
 }
 
 void GateProcess::say_left_out() {

@@ -7,10 +7,7 @@
 
 namespace fairlead {
 
-/// For example `chunk 7 of runner truncated: G020 arm linear, row 5: 0.09, limit 0.0867 (SOURCE)`.
+/// `chunk 7 of runner truncated: G020 arm linear, row 5: 0.09 m, limit 0.0867 m`; see words_of.
 std::string verdict_text(const Verdict& verdict);
-
-/// Without where a limit is from, which may be a page of text: `fairlead why` has it.
-std::string verdict_line(Verdict verdict);
 
 }  // namespace fairlead

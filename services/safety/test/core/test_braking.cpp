@@ -42,6 +42,7 @@ TEST_CASE("G024 a target: the row's change over the period, and the way it takes
   CHECK(refused.evidence.row == 0);
   CHECK(refused.evidence.value == doctest::Approx(0.15));
   CHECK(refused.evidence.limit == 0.15 - eps);
+  CHECK(refused.evidence.unit == "m");
   CHECK(refused.evidence.margin == doctest::Approx(-eps).epsilon(1e-3));
   CHECK(refused.evidence.limit_source == "test joint");
   CHECK(targets(braking_at(5.0, -0.15 - eps, 2.0), {-0.05}).evidence.ok());

@@ -49,7 +49,7 @@ TEST_CASE("G001 an unreadable frame is refused; five in 20 ticks end the claim")
     rig.send_frame(EventKind::candidate, frame, "runner");
     CHECK(rig.verdict().code == 1);
     CHECK(rig.verdict().axis == "frame");
-    CHECK(rig.verdict().limit_source.view().starts_with("trailing bytes, at byte "));
+    CHECK(rig.verdict().limit_source.view().starts_with("a chunk, got trailing bytes, at byte "));
     rig.timer(30 * ms);
     CHECK(rig.lease().grants.size() == (i < 5 ? 1U : 0U));
   }

@@ -34,7 +34,7 @@ struct Finding {
     asked.push_back({joints, need});
     clear = share;
     if (joints[0] < fault_at) return {};
-    return above(code::collision, "", joints[0], 0.0, "");
+    return above(code::collision, "", joints[0], 0.0, "m", "");
   }
 };
 

@@ -40,7 +40,7 @@ TEST_CASE("a mode without a checker, or without a name, is refused by the judge 
     const Evidence evidence = judge(builder.chunk).evidence;
     CHECK(evidence.code == 9);
     CHECK(evidence.value == mode);
-    CHECK(evidence.limit_source == "no checker for this mode");
+    CHECK(evidence.limit_source == "a mode that has a checker");
     CHECK(evidence.axis == mode_name(static_cast<std::uint8_t>(mode)));
   }
 }

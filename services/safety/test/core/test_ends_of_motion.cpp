@@ -70,7 +70,7 @@ TEST_CASE("G043 rows that end: standing still at the end of the ramp, or latched
     CHECK(rig.counter("G043") == 1);
     CHECK(rig.cause() ==
           "latched: no standstill 200 ms after the end of its rows: G043 base base_x: 0.05 m/s, "
-          "limit 0.05 m/s (standstill_per_s: test joint)");
+          "limit 0.05 m/s (standstill_per_s)");
     rig.rests(8, 0.5);
     CHECK(rig.counter("G043") == 1);  // said once
   }

@@ -56,8 +56,7 @@ TEST_CASE("G050 the third step over its deadline within 60 s stops, at the deadl
   REQUIRE(rig.gate->state() == GateState::stopped);
   CHECK(rig.counter("G050") == 3);
   CHECK(std::string(rig.status().cause.view()) ==
-        "stopped: G050 step [us]: 2500, limit 2000 (protocol step_deadline_us, three times in 60 "
-        "s)");
+        "stopped: G050 step: 2500 us, limit 2000 us (step_deadline_us, three times in 60 s)");
 }
 
 TEST_CASE("G050 the longest step that can be told is one of three too") {

@@ -100,7 +100,7 @@ TEST_CASE("G026 switch up: from a goal that nobody knows no motion goes on") {
   CHECK(found.row == 0);
   CHECK(found.part == "arm");
   CHECK(found.axis == "tool motion");
-  CHECK(found.limit_source.find("passes after a held tick") != std::string_view::npos);
+  CHECK(found.limit_source.find("a held tick") != std::string_view::npos);
   CHECK(of(switched(turns(four), -1.0), nobody_knows).ok());
   ChunkBuilder base_up;
   base_up.joint(base, Mode::joint_velocity, base_x, {0.5});

@@ -35,6 +35,7 @@ TEST_CASE("G026 a joint is told no more than its velocity limit, up to and inclu
     CHECK(told.part == "arm");
     CHECK(told.axis == "slide_y");
     CHECK(told.limit == 0.1);
+    CHECK(told.unit == "m/s");
     CHECK(told.limit_source == "test joint");
     const double speed = told.value;
     for (const double fine : {speed, just_above(speed), infinite}) {

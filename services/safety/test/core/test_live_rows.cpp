@@ -46,7 +46,7 @@ TEST_CASE("G011 released rows stop where a joint has left its bounds and they do
     rig.after_row();
     CHECK(rig.stopped());
     const Text cause = rig.status().cause;
-    CHECK(cause.view().starts_with("stopped: G011 arm arm_1: "));
+    CHECK(cause.view().starts_with("stopped: G011 arm arm_1, row "));
   }
 }
 

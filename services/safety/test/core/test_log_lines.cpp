@@ -82,7 +82,7 @@ TEST_CASE("G050 a step that took too long is said with its length and how many t
   };
   late();
   CHECK(lines(rig) ==
-        std::vector<std::string>{"G050 step [us]: 2500, limit 2000 (protocol step_deadline_us, "
+        std::vector<std::string>{"G050 step: 2500 us, limit 2000 us (step_deadline_us, "
                                  "three times in 60 s): 1 so far"});
   late();
   CHECK(lines(rig)[0].ends_with(": 2 so far"));

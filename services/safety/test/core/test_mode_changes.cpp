@@ -189,8 +189,7 @@ TEST_CASE("G025 realtime: the row that is about to act is the one whose follower
   rig.next_tick(hold);
   const Verdict verdict = send(Mode::joint_velocity);
   CHECK(verdict.code == 25);
-  CHECK(verdict.limit_source ==
-        "a mode that the part's transitions allow after the one that acted last");
+  CHECK(verdict.limit_source == "a change in its transitions");
 }
 
 TEST_CASE("G025 realtime: the verdict names the mode that the part moves in, if it is known") {

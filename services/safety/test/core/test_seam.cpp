@@ -122,6 +122,7 @@ TEST_CASE("G023 in realtime, G021 in lockstep: the same chunk after the same row
     CHECK(verdict.part == "base");
     CHECK(verdict.axis == "base_x");
     CHECK(verdict.limit == 2.0);
+    CHECK(verdict.unit == "m/s");
     CHECK(verdict.limit_source == "test joint mode");
     CHECK(rig.counter("G023") == (lockstep ? 0 : 1));
     CHECK(rig.counter("G021") == (lockstep ? 1 : 0));

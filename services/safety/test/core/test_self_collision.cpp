@@ -48,6 +48,7 @@ TEST_CASE("G032 the clearance, up to and including it") {
   CHECK(cut.evidence.axis == "base_link / tool");
   CHECK(cut.evidence.value == doctest::Approx(0.05));
   CHECK(cut.evidence.limit == 0.1);
+  CHECK(cut.evidence.unit == "m");
   CHECK(cut.evidence.margin == doctest::Approx(-0.05));
   CHECK(cut.evidence.limit_source == "test shape");
 }

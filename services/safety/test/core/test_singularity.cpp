@@ -52,6 +52,7 @@ TEST_CASE("G033 the smallest singular value, from above") {
   CHECK(refused.evidence.axis == "singular value");
   CHECK(refused.evidence.value == doctest::Approx(measure(there)));
   CHECK(refused.evidence.limit == measure(there - 1e-6));
+  CHECK(refused.evidence.unit == "1");
   CHECK(refused.evidence.margin < 0.0);
   // sqrt(1.09) = 1.044, wherever arm_2 is: already below, and no row makes it worse.
   CHECK(turn(limits_at(1.05), 0.0, {0.01}).evidence.ok());

@@ -65,7 +65,7 @@ TEST_CASE("G043 not at standstill at the end of the ramp: latched, naming the jo
       CHECK(rig.counter("G043") == 1);
       const std::string cause(rig.status().cause.view());
       CHECK(cause.starts_with("latched: no standstill 200 ms after the stop: G043 base base_x: "));
-      CHECK(cause.ends_with(" m/s, limit 0.05 m/s (standstill_per_s: test joint)"));
+      CHECK(cause.ends_with(" m/s, limit 0.05 m/s (standstill_per_s)"));
       CHECK(rig.status().stop_ids.contains(77));
       rig.speed(speed);
       CHECK(rig.counter("G043") == 1);  // once a stop
@@ -87,7 +87,7 @@ TEST_CASE("G043 standstill is believed after three states in a row, not after on
     // In realtime the clock decides before the last of them is looked at.
     CHECK(std::string(rig.status().cause.view()) ==
           std::string("latched: no standstill 200 ms after the stop: G043 base still states: ") +
-              (lockstep ? "2" : "1") + ", limit 3 (states at standstill in a row)");
+              (lockstep ? "2" : "1") + ", limit 3");
   }
 }
 
@@ -117,8 +117,8 @@ TEST_CASE("G043 realtime: no state since the stop is no standstill") {
   rig.timer(200 * ms + 1);
   REQUIRE(rig.is_latched());
   CHECK(std::string(rig.status().cause.view()) ==
-        "latched: no standstill 200 ms after the stop: G043 state age [ms]: 200, limit 200 (no "
-        "state since then)");
+        "latched: no standstill 200 ms after the stop: G043 state age: 200 ms, limit 200 ms "
+        "(no state since then)");
 }
 
 TEST_CASE("G043 realtime: a HAL that dies while it moves stops, then latches") {
@@ -160,8 +160,8 @@ TEST_CASE("G043 a part that still executes a row has not stopped, though it stan
       rig.next_tick_of({hold, hold, row_of(safe, row), hold});
     REQUIRE(rig.is_latched());
     CHECK(std::string(rig.status().cause.view()) ==
-          "latched: no standstill 200 ms after the stop: G043 base acted: 0, limit 0 (no row acts "
-          "any more)");
+          "latched: no standstill 200 ms after the stop: G043 base acted: needs no row that "
+          "acts");
   }
 }
 

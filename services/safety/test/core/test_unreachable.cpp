@@ -47,12 +47,14 @@ TEST_CASE("G030 a pose that no configuration reaches is refused, the numbers tol
   CHECK(refused.evidence.axis == "tool position");
   CHECK(refused.evidence.value == doctest::Approx(0.04).epsilon(0.1));
   CHECK(refused.evidence.limit == 1e-6);
+  CHECK(refused.evidence.unit == "m");
   limits = free_arm::limits();
   limits.parts[arm].joints.erase_at(5);  // without its turn about x
   const Row turned{0.7, 0, 0.5, std::sin(0.1), 0, 0, std::cos(0.1)};
   const Judgement rotation = free_arm::judge(limits, ChunkBuilder().poses(arm, {turned}).chunk);
   CHECK(rotation.evidence.code == 30);
   CHECK(rotation.evidence.axis == "tool rotation");
+  CHECK(rotation.evidence.unit == "rad");
 }
 
 TEST_CASE("a pose is reached, and held") {

@@ -58,6 +58,7 @@ TEST_CASE("G031 the verdict says which axis, where, and which limit") {
   CHECK(cut.evidence.row == 2);
   CHECK(cut.evidence.value == doctest::Approx(0.65));
   CHECK(cut.evidence.limit == 0.6);
+  CHECK(cut.evidence.unit == "m");
   CHECK(cut.evidence.margin == doctest::Approx(-0.05));
   CHECK(cut.evidence.limit_source == "test workspace");
   const Judgement low = slid(with_volume(false, {0.65, -1, 0}, {1, 1, 1}), slide_x, {-0.1});
@@ -89,6 +90,7 @@ TEST_CASE("G031 the tool stays out") {
   const Judgement refused = slid(limits, slide_x, {0.15});
   CHECK(refused.evidence.code == 31);
   CHECK(refused.evidence.axis == "tool / shelf");
+  CHECK(refused.evidence.unit == "m");
   CHECK(refused.evidence.value == doctest::Approx(-0.05));
   CHECK(refused.evidence.limit == 0.0);
   CHECK(slid(limits, slide_x, {0.15, 0.1}, at(slide_x, 0.16)).evidence.ok());  // leaves it
@@ -102,6 +104,7 @@ TEST_CASE("G031 a capsule that the chunk moves stays out, as thick as it is") {
   const Judgement refused = slid(limits, slide_x, {0.06 + eps});
   CHECK(refused.evidence.code == 31);
   CHECK(refused.evidence.axis == "tool / shelf");
+  CHECK(refused.evidence.unit == "m");
   CHECK(refused.evidence.limit == 0.0);
   CHECK(refused.evidence.margin == doctest::Approx(-eps).epsilon(1e-3));
   CHECK(refused.evidence.part == "arm");

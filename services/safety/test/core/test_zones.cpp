@@ -65,6 +65,7 @@ TEST_CASE("G034 every corner stays inside: the row, the reaction, and braking") 
   CHECK(refused.evidence.axis == "hall");
   CHECK(refused.evidence.value == doctest::Approx(-0.05));
   CHECK(refused.evidence.limit == 0.0);
+  CHECK(refused.evidence.unit == "m");
   CHECK(refused.evidence.limit_source == "test base");
   Limits limits = hall(0.9 + eps);
   limits.joints[base_x].acceleration_limit = 2.0;  // and 0.25 m to brake

@@ -28,13 +28,12 @@ Evidence check_identity(const Identity& here, const LiveClaim* claim, const Acti
   if (chunk.robot_hash != here.limits.robot_hash)
     return broken_rule(code::session, "robot_hash", "the gate file's robot_hash");
   // G003
-  if (!here.is_armed) return broken_rule(code::epoch, "state", "the gate is not armed");
+  if (!here.is_armed) return broken_rule(code::epoch, "state", "an armed gate");
   if (chunk.epoch != here.epoch) return broken_rule(code::epoch, "epoch", "the current arm epoch");
   // G004
   if (claim == nullptr) return broken_rule(code::claim, "claim_id", "a live claim");
   if (!(chunk.source == source) || !(claim->source == source))
-    return broken_rule(code::claim, "source",
-                       "the claim's own source, in the chunk and in the key");
+    return broken_rule(code::claim, "source", "its claim's source in chunk and key");
   for (const ActionPart& part : chunk.parts) {
     if (claim->covers(part.part)) continue;
     const bool known = part.part < here.limits.parts.size();
@@ -46,11 +45,11 @@ Evidence check_identity(const Identity& here, const LiveClaim* claim, const Acti
 
 Evidence check_sequence(const Limits& limits, const LiveClaim& claim, const ActionChunk& chunk) {
   if (chunk.seq <= claim.last_seq)
-    return below(code::sequence, "seq", number(chunk.seq), number(claim.last_seq) + 1.0,
+    return below(code::sequence, "seq", number(chunk.seq), number(claim.last_seq) + 1.0, "1",
                  "strictly increasing");
   const std::uint64_t jump = chunk.seq - claim.last_seq;
   if (jump > limits.protocol.seq_jump_max)
-    return above(code::sequence, "seq", number(jump), number(limits.protocol.seq_jump_max),
+    return above(code::sequence, "seq", number(jump), number(limits.protocol.seq_jump_max), "1",
                  "protocol seq_jump_max");
   return {};
 }
@@ -62,18 +61,19 @@ namespace {
 Evidence check_ticks(const LiveClaim& claim, const ActionChunk& chunk, std::uint64_t newest,
                      std::uint64_t first_open_tick) {
   if (chunk.obs_tick > newest)
-    return above(code::age, "obs_tick", number(chunk.obs_tick), number(newest), "the newest state");
+    return above(code::age, "obs_tick", number(chunk.obs_tick), number(newest), "ticks",
+                 "the newest state");
   if (chunk.oldest_tick > chunk.obs_tick)
     return above(code::age, "oldest_tick", number(chunk.oldest_tick), number(chunk.obs_tick),
-                 "obs_tick");
+                 "ticks", "obs_tick");
   const std::uint64_t age = newest - chunk.oldest_tick;
   if (age > claim.limits.age_max_ticks)
-    return above(code::age, "age [ticks]", number(age), claim.limits.age_max_ticks,
+    return above(code::age, "age", number(age), claim.limits.age_max_ticks, "ticks",
                  "the claim's age_max_ticks");
   // No check could know the state that a row in the farther future starts from.
   if (chunk.start_tick > first_open_tick)
     return above(code::age, "start_tick", number(chunk.start_tick), number(first_open_tick),
-                 "the next open tick");
+                 "ticks", "the next open tick");
   return {};
 }
 
@@ -91,7 +91,7 @@ Evidence check_rate(LiveClaim& claim, std::uint64_t newest) {
   const std::size_t recent = claim.admitted.count(newest, claim.admitted_window);
   if (recent >= claim.admitted_limit)
     return above(code::rate, "chunks", static_cast<double>(recent + 1),
-                 static_cast<double>(claim.admitted_limit), "the claim's chunk_rate_hz");
+                 static_cast<double>(claim.admitted_limit), "1", "the claim's chunk_rate_hz");
   claim.admitted.add(newest);
   return {};
 }
@@ -100,7 +100,7 @@ Evidence check_rate(LiveClaim& claim, std::uint64_t newest) {
 Evidence check_past(const ActionChunk& chunk, std::uint64_t first_open_tick) {
   if (first_open_tick - chunk.start_tick < chunk.horizon) return {};
   return below(code::past, "last row's tick", number(chunk.start_tick + chunk.horizon - 1),
-               number(first_open_tick), "the next open tick");
+               number(first_open_tick), "ticks", "the next open tick");
 }
 
 // Rows in order, up to the first that `check` finds fault with.
@@ -152,9 +152,7 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
   }
   Judgement refused;
   refused.evidence =
-      broken_rule(code::start, "acted",
-                  "a hold or a row of this claim in the tick before; another row acts "
-                  "there, of another claim or one replaced: passes after a held tick");
+      broken_rule(code::start, "acted", "a held tick after another's or a replaced row");
   refused.evidence.row = static_cast<std::int64_t>(first_row);
   return refused;
 }

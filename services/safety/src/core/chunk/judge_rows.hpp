@@ -48,7 +48,7 @@ class QueryBudget {
   Evidence take() {
     if (taken_ == most_)
       return above(code::unreachable, "queries", static_cast<double>(taken_),
-                   static_cast<double>(most_), "configurations that one judgement queries");
+                   static_cast<double>(most_), "1", "configurations that one judgement queries");
     ++taken_;
     return {};
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <string_view>
 
@@ -22,12 +23,14 @@ struct Evidence {
   double value = 0.0;
   double limit = 0.0;
   double margin = 0.0;    // limit minus value, at a lower limit value minus limit: negative outside
-  std::string_view unit;  // of value and limit, where a stop tells them
-  std::string_view key;   // in robot.yaml's safety, of the limit, where a stop tells it
+  std::string_view unit;  // of value and limit, "1" of a plain number; "" of a rule
+  std::string_view key;   // what a stop says of the limit: its key in robot.yaml, or a few words
   std::string_view limit_source;
   bool raises_stop = false;
 
   [[nodiscard]] bool ok() const { return code == 0; }
+  /// Else it is a rule that `limit_source` words, and its numbers mean nothing to a person.
+  [[nodiscard]] bool has_magnitude() const { return !unit.empty() || margin != 0.0; }
 };
 
 /// The newest measured state, copied out of its frame. SI, commanded joints then passive ones.
@@ -96,38 +99,55 @@ inline Text code_name(std::uint32_t code) {
   return phrase("G", code < 10 ? "00" : "0", code);  // GCOVR_EXCL_BR_LINE: nothing here throws
 }
 
-/// `value` is above `limit`, or not a number.
+/// `value` is above `limit`, or not a number, both in `unit`.
 inline Evidence above(std::uint32_t code, std::string_view axis, double value, double limit,
-                      std::string_view source) {
+                      std::string_view unit, std::string_view source) {
   Evidence evidence;
   evidence.code = code;
   evidence.axis = axis;
   evidence.value = value;
   evidence.limit = limit;
   evidence.margin = limit - value;
+  evidence.unit = unit;
   evidence.limit_source = source;
   return evidence;
 }
 
-/// `value` is below `limit`, or not a number.
+/// `value` is below `limit`, or not a number, both in `unit`.
 inline Evidence below(std::uint32_t code, std::string_view axis, double value, double limit,
-                      std::string_view source) {
-  Evidence evidence = above(code, axis, value, limit, source);
+                      std::string_view unit, std::string_view source) {
+  Evidence evidence = above(code, axis, value, limit, unit, source);
   evidence.margin = value - limit;
   return evidence;
 }
 
-/// A rule that has no magnitude: what was found and what was expected.
-inline Evidence broken_rule(std::uint32_t code, std::string_view axis, std::string_view rule,
+/// What a rule asks for, in words that follow "needs". A literal that is too long for a line that
+/// a person reads does not compile.
+struct Rule {
+  static constexpr std::size_t longest = 60;
+  template <std::convertible_to<std::string_view> Literal>
+  consteval Rule(const Literal& literal) : words(literal) {  // NOLINT: a literal is a rule
+    if (words.size() > longest) throw "too long a rule";
+  }
+  /// Of words that are made as the gate runs.
+  static Rule made_of(const Text& text) { return Rule(text); }
+
+  std::string_view words;
+
+ private:
+  explicit Rule(const Text& text) : words(text.view()) {}
+};
+
+/// A rule that has no magnitude, and so no margin: what was found and what was expected.
+inline Evidence broken_rule(std::uint32_t code, std::string_view axis, Rule rule,
                             double found = 0.0, double expected = 0.0) {
-  Evidence evidence = above(code, axis, found, expected, rule);
+  Evidence evidence = above(code, axis, found, expected, "", rule.words);
   evidence.margin = 0.0;
   return evidence;
 }
 
-/// What the numbers are, and under which key of robot.yaml the limit is declared.
-inline Evidence in(Evidence evidence, std::string_view unit, std::string_view key = {}) {
-  evidence.unit = unit;
+/// What a stop says of the limit: where robot.yaml has it, or a few words.
+inline Evidence declared_as(Evidence evidence, std::string_view key) {
   evidence.key = key;
   return evidence;
 }

@@ -13,19 +13,18 @@ constexpr double largest_magnitude = 1e6;
 
 Evidence no_checker(const PartLimits& part, std::uint8_t mode) {
   Evidence evidence =
-      broken_rule(code::addressing, mode_name(mode), "no checker for this mode", mode);
+      broken_rule(code::addressing, mode_name(mode), "a mode that has a checker", mode);
   return of(evidence, part.name);
 }
 
 // G007: the horizon is within the claim's, and every block is exactly horizon x width.
 Evidence check_sizes(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk) {
   if (chunk.horizon < 1)
-    return below(code::shape, "horizon", chunk.horizon, 1, "a chunk has at least one row");
+    return below(code::shape, "horizon", chunk.horizon, 1, "rows", "a chunk has at least one row");
   if (chunk.horizon > claim.horizon_max || chunk.horizon > max_rows)
-    return above(code::shape, "horizon", chunk.horizon, claim.horizon_max,
+    return above(code::shape, "horizon", chunk.horizon, claim.horizon_max, "rows",
                  "the claim's horizon_max");
-  if (chunk.parts.empty())
-    return broken_rule(code::shape, "parts", "a chunk commands at least one part");
+  if (chunk.parts.empty()) return broken_rule(code::shape, "parts", "at least one part");
   for (const ActionPart& action : chunk.parts) {
     const PartLimits& part = limits.parts[action.part];
     const std::size_t width = mode_width(action.mode, limits.joints.size());
@@ -41,7 +40,7 @@ Evidence check_sizes(const Limits& limits, const ClaimLimits& claim, const Actio
   }
   // The tick after the last row counts too: it is where a release ends.
   if (chunk.start_tick > UINT64_MAX - chunk.horizon)
-    return broken_rule(code::shape, "start_tick", "its rows' ticks, and the one after, fit 64 bits",
+    return broken_rule(code::shape, "start_tick", "ticks that fit 64 bits, with the one after",
                        static_cast<double>(chunk.start_tick));
   return {};
 }
@@ -58,8 +57,8 @@ Evidence check_numbers(const Limits& limits, const ActionChunk& chunk) {
       if (!too_low && value <= largest_magnitude) continue;  // false for NaN
       constexpr std::string_view rule = "every value is finite and at most 1e6";
       const std::string_view mode = mode_name(action.mode);
-      Evidence evidence = too_low ? below(code::finite, mode, value, -largest_magnitude, rule)
-                                  : above(code::finite, mode, value, largest_magnitude, rule);
+      Evidence evidence = too_low ? below(code::finite, mode, value, -largest_magnitude, "1", rule)
+                                  : above(code::finite, mode, value, largest_magnitude, "1", rule);
       evidence.raises_stop = true;  // a policy that emits this is broken, not merely wrong
       return at(evidence, static_cast<std::int64_t>(i / width), limits.parts[action.part].name);
     }
@@ -71,12 +70,12 @@ Evidence check_numbers(const Limits& limits, const ActionChunk& chunk) {
 Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionChunk& chunk,
                     const ActionPart& action) {
   if (action.active.empty())
-    return broken_rule(code::addressing, "active", "a joint mode names the joints it commands");
+    return broken_rule(code::addressing, "active", "the joints that it commands");
   std::array<bool, max_joints> commanded{};
   for (std::size_t i = 0; i < action.active.size(); ++i) {
     const std::uint8_t joint = action.active[i];
     if (i > 0 && joint <= action.active[i - 1])
-      return broken_rule(code::addressing, "active", "ascending and unique", joint,
+      return broken_rule(code::addressing, "active", "ascending joints, each once", joint,
                          action.active[i - 1]);
     if (!part.joints.contains(joint))
       return broken_rule(code::addressing,
@@ -86,8 +85,7 @@ Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionCh
   }
   const BaseLimits& base = limits.base;
   if (base.present && base.against_yaw && commanded[base.joints[0]] != commanded[base.joints[1]])
-    return broken_rule(code::addressing, "active",
-                       "both slides of a base whose commands turn against its yaw, or neither");
+    return broken_rule(code::addressing, "active", "both slides of its base, or neither");
   for (std::size_t row = 0; row < chunk.horizon; ++row)
     for (std::size_t joint = 0; joint < limits.joints.size(); ++joint) {
       const double value = action.values[row * limits.joints.size() + joint];
@@ -125,14 +123,14 @@ Evidence check_part(const Limits& limits, const ModeLimits& modes, const ActionC
                        action.mode);
   if (is_joint_mode(action.mode)) {
     if (!action.frame_id.empty())
-      return broken_rule(code::addressing, "frame_id", "joint modes have no frame");
+      return broken_rule(code::addressing, "frame_id", "no frame in a joint mode");
     return check_mask(limits, part, chunk, action);
   }
   if (!action.active.empty())
-    return broken_rule(code::addressing, "active", "only joint modes have a mask");
+    return broken_rule(code::addressing, "active", "no mask but in a joint mode");
   const FixedVec<Name, max_frames>* frames = frames_of(modes, action.mode);
   if (frames == nullptr && !action.frame_id.empty())
-    return broken_rule(code::addressing, "frame_id", "this mode has no frame");
+    return broken_rule(code::addressing, "frame_id", "no frame in this mode");
   if (frames != nullptr && !frames->contains(action.frame_id))
     return broken_rule(code::addressing, "frame_id", "a frame declared for this mode");
   const CartesianLimits* norms = norm_block(modes, action.mode);

@@ -16,6 +16,14 @@ const Name& joint_name(const Limits& limits, std::size_t i) {
   return i < commanded ? limits.joints[i].name : limits.passive_joints[i - commanded].name;
 }
 
+// Of its position: what a passive joint is, its link says; "1" if it moves none.
+std::string_view unit_of(const Limits& limits, std::size_t i) {
+  if (i < limits.joints.size()) return position_unit(limits.joints[i].kind);
+  for (const Link& link : limits.kinematics.links)
+    if (link.joint == i) return link.motion == LinkMotion::slide ? "m" : "rad";
+  return "1";
+}
+
 Evidence check_block(const Limits& limits, const NumberView& block, std::string_view what) {
   const std::size_t expected = limits.measured_count();
   if (block.size() != expected)
@@ -55,10 +63,9 @@ Evidence check_jump(const Limits& limits, const MeasuredState& before, const Mea
     if (distance <= per_tick * ticks) continue;
     const Text& source =
         i < commanded ? limits.joints[i].source : limits.passive_joints[i - commanded].source;
-    const std::string_view unit = i < commanded ? position_unit(limits.joints[i].kind) : "";
-    Evidence evidence = in(
-        above(code::jump, joint_name(limits, i).view(), distance, per_tick * ticks, source.view()),
-        unit, "jump_per_tick");
+    Evidence evidence = declared_as(above(code::jump, joint_name(limits, i).view(), distance,
+                                          per_tick * ticks, unit_of(limits, i), source.view()),
+                                    "jump_per_tick");
     evidence.raises_stop = true;
     return evidence;
   }
@@ -71,10 +78,9 @@ Evidence check_contact(const Limits& limits, const MeasuredState& state) {
     const JointLimits& joint = limits.joints[j];
     const double effort = std::abs(state.efforts[j]);
     if (effort <= joint.contact_limit) continue;
-    Evidence evidence =
-        above(code::contact, joint.name.view(), effort, joint.contact_limit, joint.source.view());
-    evidence =
-        of(in(evidence, effort_unit(joint.kind), "contact_limit"), limits.parts[joint.part].name);
+    Evidence evidence = above(code::contact, joint.name.view(), effort, joint.contact_limit,
+                              effort_unit(joint.kind), joint.source.view());
+    evidence = of(declared_as(evidence, "contact_limit"), limits.parts[joint.part].name);
     evidence.raises_stop = true;
     return evidence;
   }
@@ -122,8 +128,8 @@ Evidence check_still(std::uint32_t code, const Limits& limits, const MeasuredSta
     const JointLimits& joint = limits.joints[j];
     const Evidence evidence =
         above(code, joint.name.view(), speed_of(state, j), joint.standstill_velocity,
-              rule.empty() ? joint.source.view() : rule);
-    return in(evidence, velocity_unit(joint.kind), "standstill_per_s");
+              velocity_unit(joint.kind), rule.empty() ? joint.source.view() : rule);
+    return declared_as(evidence, "standstill_per_s");
   }
   return {};
 }

@@ -36,7 +36,7 @@ void Candidates::let_wait(LiveClaim& claim, Bytes frame, std::uint64_t received_
   if (!claim.waiting.empty())
     door_.refuse_stranger(
         claim.waiting.chunk(), claim.source,
-        broken_rule(code::age, "obs_tick", "a newer chunk came before the state that it cites"),
+        broken_rule(code::age, "obs_tick", "the state that it cites before a newer chunk"),
         received_ns);
   claim.waiting.store(frame);
 }
@@ -54,7 +54,8 @@ void Candidates::take_waiting() {
 // Only frames that cite the claim end it: others anybody may have put on its key.
 void Candidates::refuse_frame(FrameFault fault, std::size_t at, const Name& source,
                               const Event& event) {
-  const Text words = phrase(fault_name(fault), ", at byte ", at, " of ", event.payload.size());
+  const Text words =
+      phrase("a chunk, got ", fault_name(fault), ", at byte ", at, " of ", event.payload.size());
   ActionChunk unknown;
   unknown.session = hal_.session();
   unknown.epoch = machine_.epoch();
@@ -72,7 +73,7 @@ void Candidates::refuse_frame(FrameFault fault, std::size_t at, const Name& sour
         protocol.bad_frames_limit)
       machine_.end_claim(*claim, "too many of its frames are unreadable");
   }
-  door_.refuse_stranger(unknown, source, broken_rule(code::frame, "frame", words.view()),
+  door_.refuse_stranger(unknown, source, broken_rule(code::frame, "frame", Rule::made_of(words)),
                         event.received_ns);
 }
 

@@ -177,8 +177,9 @@ Evidence RobotEvents::check_leap(std::uint64_t tick, std::uint64_t received_ns) 
     rule = waits ? "lockstep: one tick for each lease" : "lockstep: ticks without a claim";
   }
   if (tick <= newest || (can_leap && hal_.confirms_leap(tick, received_ns))) return {};
-  return above(code::jump, "tick", static_cast<double>(tick - hal_.tick()),
-               static_cast<double>(newest - hal_.tick()), rule);
+  return declared_as(above(code::jump, "tick", static_cast<double>(tick - hal_.tick()),
+                           static_cast<double>(newest - hal_.tick()), "ticks", rule),
+                     rule);
 }
 
 // What the runner may have missed, as long as the world waits for it: identical bytes.

@@ -9,17 +9,6 @@ constexpr std::uint64_t copies_end_ns = 2'000'000'000;
 
 }  // namespace
 
-Text words_of(const Evidence& evidence) {
-  const auto gap = [](std::string_view word) { return word.empty() ? "" : " "; };
-  Text text = phrase(code_name(evidence.code), gap(evidence.part), evidence.part,
-                     gap(evidence.axis), evidence.axis, ": ",
-                     Beside{evidence.value, evidence.limit}, gap(evidence.unit), evidence.unit);
-  text = phrase(text, ", limit ", Beside{evidence.limit, evidence.value}, gap(evidence.unit),
-                evidence.unit, " (", evidence.key, evidence.key.empty() ? "" : ": ",
-                evidence.limit_source, ")");
-  return text;
-}
-
 StateMachine::StateMachine(const Limits& limits, IdSource& ids, const HalLink& hal,
                            ClaimTable& claims, PartHistory& history, StopMonitor& stopping,
                            Outbox& outbox)
@@ -218,9 +207,10 @@ void StateMachine::check_deadlines() {
   const std::uint64_t now_ns = outbox_.now_ns;
   // G011: no new state for too long. In lockstep the world may wait for as long as it likes.
   if (!hal_.lockstep() && now_ns - hal_.arrival_ns() > protocol.state_timeout_ms * ms)
-    return raise_stop(above(code::state, "state age [ms]",
-                            static_cast<double>((now_ns - hal_.arrival_ns()) / ms),
-                            protocol.state_timeout_ms, "protocol state_timeout_ms"));
+    return raise_stop(declared_as(
+        above(code::state, "state age", static_cast<double>((now_ns - hal_.arrival_ns()) / ms),
+              protocol.state_timeout_ms, "ms", "protocol state_timeout_ms"),
+        "state_timeout_ms"));
   const std::uint64_t silence_ms = hal_.lockstep() ? protocol.heartbeat_timeout_lockstep_ms
                                                    : protocol.heartbeat_timeout_realtime_ms;
   for (LiveClaim& claim : claims_.places())

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/chunk/judgement.hpp"
+#include "core/chunk/words_of.hpp"
 #include "core/gate/outbox.hpp"
 #include "core/gate/stop_book.hpp"
 #include "core/monitor/stop_monitor.hpp"
@@ -13,9 +14,6 @@
 #include "fairlead_safety/gate.hpp"
 
 namespace fairlead {
-
-/// A finding as a stop tells it.
-Text words_of(const Evidence& evidence);
 
 class StateMachine {
  public:

@@ -121,9 +121,9 @@ Evidence ShapeCheck::keep_tool_in(std::size_t part, std::size_t index, const Fra
       return was(in) - volume.lower[i] - off_before;
     };
     if (is_at_fault(under, before, excuse, under_before))
-      return of(above(code::workspace, axes[i].view(), point[axis], upper, source), name);
+      return of(above(code::workspace, axes[i].view(), point[axis], upper, "m", source), name);
     if (is_at_fault(over, before, excuse, over_before))
-      return of(below(code::workspace, axes[i].view(), point[axis], lower, source), name);
+      return of(below(code::workspace, axes[i].view(), point[axis], lower, "m", source), name);
   }
   return {};
 }
@@ -143,7 +143,7 @@ Evidence ShapeCheck::keep_tool_out(std::size_t part, std::size_t volume, const F
     return distance_of(in) - off(deviation_before_, tool);
   };
   if (!is_at_fault(distance, before, excuse, margin_before)) return {};
-  return of(below(code::workspace, model_.volumes[volume].tool.view(), distance, 0.0,
+  return of(below(code::workspace, model_.volumes[volume].tool.view(), distance, 0.0, "m",
                   model_.limits.workspace.source.view()),
             model_.limits.parts[part].name);
 }
@@ -168,7 +168,7 @@ Evidence ShapeCheck::keep_capsule_out(std::size_t capsule, std::size_t volume,
   };
   if (!is_at_fault(margin, before, excuse, margin_before)) return {};
   return of_part_that_moves(below(code::workspace, model_.volumes[volume].capsules[capsule].view(),
-                                  margin, 0.0, model_.limits.workspace.source.view()),
+                                  margin, 0.0, "m", model_.limits.workspace.source.view()),
                             movers);
 }
 
@@ -214,7 +214,7 @@ Evidence ShapeCheck::check_pairs(const FramePoses& poses, const FramePoses& befo
     const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
     if (!is_at_fault(distance - clearance, before, excuse, margin_before)) continue;
     return of_part_that_moves(below(code::collision, model_.pair_names[pairs_[i]].view(), distance,
-                                    clearance, model_.limits.collision.source.view()),
+                                    clearance, "m", model_.limits.collision.source.view()),
                               pair.movers);
   }
   return {};

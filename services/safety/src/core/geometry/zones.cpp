@@ -96,7 +96,7 @@ Evidence check_base(const RobotModel& model, const Joints& joints, const Joints&
       return margin_of(zone, footprint_at(base, before)) - off.before;
     };
     if (!is_breach(margin, margin_before)) continue;
-    return of(below(code::zone, zone.name.view(), margin, 0.0, base.source.view()),
+    return of(below(code::zone, zone.name.view(), margin, 0.0, "m", base.source.view()),
               model.limits.parts[model.limits.joints[base.joints[0]].part].name);
   }
   return {};

@@ -97,9 +97,9 @@ double size_of(Motion6 motion) {
 }
 
 // What is still missing of a pose.
-Evidence still_missing(std::string_view axis, double value) {
+Evidence still_missing(std::string_view axis, double value, std::string_view unit) {
   if (value <= pose_tolerance) return {};
-  return above(code::unreachable, axis, value, pose_tolerance,
+  return above(code::unreachable, axis, value, pose_tolerance, unit,
                "a configuration that reaches the pose");
 }
 
@@ -143,7 +143,7 @@ Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6
   const double missed = size_of(motion_between(pose_at(tool.place, end), target));
   const double whole = size_of(motion);
   if (missed <= whole + rounding) return {};
-  return above(code::unreachable, "tool motion", missed, whole,
+  return above(code::unreachable, "tool motion", missed, whole, "m",
                "a step of its joints that brings the tool nearer");
 }
 
@@ -155,8 +155,8 @@ Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const FrameP
     poses.place_chain(model, tool, joints);
     const ToolJacobian jacobian = tool_jacobian(model, tool, poses);
     const Motion6 missing = motion_between(jacobian.tool, target);
-    evidence = still_missing("tool position", missing.head<3>().norm());
-    if (evidence.ok()) evidence = still_missing("tool rotation", missing.tail<3>().norm());
+    evidence = still_missing("tool position", missing.head<3>().norm(), "m");
+    if (evidence.ok()) evidence = still_missing("tool rotation", missing.tail<3>().norm(), "rad");
     if (evidence.ok()) break;
     const Step step = step_towards(jacobian, missing);
     if (i == 0) take(step, 1.0, model, tool, first_step);

@@ -13,18 +13,29 @@
 namespace fairlead {
 namespace {
 
+struct HalfUnits {
+  std::string_view linear, angular;
+};
+constexpr HalfUnits of_a_motion{"m", "rad"};
+
+HalfUnits units_of(const RowView& view) {
+  const bool is_motion = view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta);
+  return is_motion ? of_a_motion : HalfUnits{"m/s", "rad/s"};
+}
+
 const CartesianLimits& block_of(const RowView& view) {
   return *norm_block(view.modes, view.mode());
 }
 
 Evidence step_from(std::uint32_t code, const RowView& view, const Twist& before) {
   const CartesianLimits& mode = block_of(view);
+  const HalfUnits units = units_of(view);
   const Twist now = halves(view.now);
   const Evidence linear = at_most(code, "linear", (now.linear - before.linear).norm(),
-                                  mode.linear_step_limit, mode.source);
+                                  mode.linear_step_limit, units.linear, mode.source);
   if (!linear.ok()) return linear;
   return at_most(code, "angular", (now.angular - before.angular).norm(), mode.angular_step_limit,
-                 mode.source);
+                 units.angular, mode.source);
 }
 
 }  // namespace
@@ -53,11 +64,13 @@ bool measured_base_twist(const Limits& limits, const PartLimits& part, const Mea
 
 Evidence norm_absolute(const RowView& view) {
   const CartesianLimits& mode = block_of(view);
+  const HalfUnits units = units_of(view);
   const Twist now = halves(view.now);
-  const Evidence linear =
-      at_most(code::absolute, "linear", now.linear.norm(), mode.linear_limit, mode.source);
+  const Evidence linear = at_most(code::absolute, "linear", now.linear.norm(), mode.linear_limit,
+                                  units.linear, mode.source);
   if (!linear.ok()) return linear;
-  return at_most(code::absolute, "angular", now.angular.norm(), mode.angular_limit, mode.source);
+  return at_most(code::absolute, "angular", now.angular.norm(), mode.angular_limit, units.angular,
+                 mode.source);
 }
 
 // Holding is a delta of zero.
@@ -81,7 +94,7 @@ Evidence body_twist_start(const RowView& view, const Setpoint* acted) {
   Twist measured;
   if (!measured_base_twist(view.limits, view.part(), view.state, measured))
     return check_still(code::start, view.limits, view.state, view.part(),
-                       "a first twist of this part: from standstill");
+                       "standstill, for a first twist of this part");
   return step_from(code::start, view, measured);
 }
 
@@ -96,12 +109,13 @@ constexpr double norm_tolerance = 1e-6;
 
 Evidence step_from(std::uint32_t code, const RowView& view, const Pose& before) {
   const PoseLimits& mode = view.modes.cartesian_pose;
+  const HalfUnits units = of_a_motion;
   const Pose now = pose_of(view.now);
   const Evidence linear = at_most(code, "linear", (now.position - before.position).norm(),
-                                  mode.linear_step_limit, mode.source);
+                                  mode.linear_step_limit, units.linear, mode.source);
   if (!linear.ok()) return linear;
   return at_most(code, "angular", angle_between(now.rotation, before.rotation),
-                 mode.angular_step_limit, mode.source);
+                 mode.angular_step_limit, units.angular, mode.source);
 }
 
 }  // namespace
@@ -111,11 +125,12 @@ Evidence pose_absolute(const RowView& view) {
   const PoseLimits& mode = view.modes.cartesian_pose;
   for (std::size_t i = 0; i < axes.size(); ++i) {
     const Evidence evidence =
-        in_range(axes[i], view.now[i], mode.lower[i], mode.upper[i], mode.source);
+        in_range(axes[i], view.now[i], mode.lower[i], mode.upper[i], "m", mode.source);
     if (!evidence.ok()) return evidence;
   }
   const double norm = pose_of(view.now).rotation.norm();
-  return in_range("quaternion norm", norm, 1.0 - norm_tolerance, 1.0 + norm_tolerance, mode.source);
+  return in_range("quaternion norm", norm, 1.0 - norm_tolerance, 1.0 + norm_tolerance, "1",
+                  mode.source);
 }
 
 // Like a joint target, a pose starts where the tool is measured to be, also while rows act.

@@ -15,21 +15,30 @@ const JointModeLimits& block_of(const RowView& view) {
   return *joint_block(view.modes, view.mode());
 }
 
+// Of what the mode tells a joint.
+std::string_view told_unit(const RowView& view, std::size_t j) {
+  const JointKind kind = view.limits.joints[j].kind;
+  return view.mode() == static_cast<std::uint8_t>(Mode::joint_velocity) ? velocity_unit(kind)
+                                                                        : position_unit(kind);
+}
+
 // G011: the measurement is outside; the target must lie strictly nearer than what it follows.
 Evidence reduces(const JointLimits& joint, double target, double previous) {
   const double now = std::abs(excess(joint.bounds, target));
   const double then = std::abs(excess(joint.bounds, previous));
   if (now < then || now == 0.0) return {};
-  return above(code::state, joint.name.view(), now, then, "outside its bounds: only towards them");
+  return above(code::state, joint.name.view(), now, then, position_unit(joint.kind),
+               "a way back towards its bounds");
 }
 
 // G011: the measurement is outside by `out`, of either sign; the velocity must point the other way.
 Evidence leads_back(const JointLimits& joint, double velocity, double out) {
-  constexpr std::string_view rule = "outside its bounds: only towards them";
+  constexpr std::string_view rule = "a way back towards its bounds";
   const bool too_low = std::signbit(out);
   if (too_low ? velocity > 0.0 : velocity < 0.0) return {};
-  return too_low ? below(code::state, joint.name.view(), velocity, 0.0, rule)
-                 : above(code::state, joint.name.view(), velocity, 0.0, rule);
+  const std::string_view unit = velocity_unit(joint.kind);
+  return too_low ? below(code::state, joint.name.view(), velocity, 0.0, unit, rule)
+                 : above(code::state, joint.name.view(), velocity, 0.0, unit, rule);
 }
 
 // G011: the target leads back, where the joint is outside its bounds.
@@ -61,7 +70,8 @@ Evidence each_active(const RowView& view, Evidence (*rule)(const RowView&, std::
 Evidence in_joint_range(const RowView& view, std::size_t j) {
   const JointLimits& joint = view.limits.joints[j];
   const JointRange range = joint_range(joint, block_of(view), view.mode());
-  return in_range(joint.name.view(), view.now[j], range.lower, range.upper, joint.source);
+  return in_range(joint.name.view(), view.now[j], range.lower, range.upper, told_unit(view, j),
+                  joint.source);
 }
 
 }  // namespace
@@ -89,7 +99,7 @@ Evidence joint_target_start(const RowView& view, const Setpoint*) {
     const double slack = joint.bounded ? joint.bounds.tolerance : 0.0;
     const Evidence evidence =
         at_most(code::start, joint.name.view(), view.now[j] - view.state.positions[j],
-                mode.step_limit[j] + slack, mode.source);
+                mode.step_limit[j] + slack, told_unit(view, j), mode.source);
     if (!evidence.ok()) return evidence;
   }
   return {};
@@ -102,7 +112,7 @@ Evidence joint_target_step(std::uint32_t code, const RowView& view, const Setpoi
   for (const std::uint8_t j : before.action->active)
     if (!same_joints && !view.now.commands(j))
       return broken_rule(code, view.limits.joints[j].name.view(),
-                         "the row before tells it a target: not left out before a held tick");
+                         "its target again, or a held tick");
   return joint_step(code, view, before);
 }
 
@@ -128,7 +138,7 @@ Evidence joint_velocity_start(const RowView& view, const Setpoint* acted) {
     const double told = told_velocity(view.limits, view.now, j, view.state.positions);
     const Evidence evidence =
         at_most(code::start, view.limits.joints[j].name.view(), told - view.state.velocities[j],
-                mode.step_limit[j], mode.source);
+                mode.step_limit[j], told_unit(view, j), mode.source);
     if (!evidence.ok()) return evidence;
   }
   return {};
@@ -140,7 +150,7 @@ Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setp
   for (const std::uint8_t j : before.action->active) {
     if (view.now.commands(j)) continue;
     const Evidence left = at_most(code, view.limits.joints[j].name.view(), before[j],
-                                  mode.step_limit[j], mode.source);
+                                  mode.step_limit[j], told_unit(view, j), mode.source);
     if (!left.ok()) return left;
   }
   return joint_step(code, view, before);
@@ -152,8 +162,9 @@ Evidence joint_step(std::uint32_t code, const RowView& view, const Setpoint& bef
   const bool same_joints = before.action == view.now.action;
   for (const std::uint8_t j : view.now.action->active) {
     if (!same_joints && !before.commands(j)) continue;
-    const Evidence evidence = at_most(code, view.limits.joints[j].name.view(),
-                                      view.now[j] - before[j], mode.step_limit[j], mode.source);
+    const Evidence evidence =
+        at_most(code, view.limits.joints[j].name.view(), view.now[j] - before[j],
+                mode.step_limit[j], told_unit(view, j), mode.source);
     if (!evidence.ok()) return evidence;
   }
   return {};

@@ -7,7 +7,7 @@
 namespace fairlead {
 namespace {
 
-constexpr std::string_view still_rule = "a part changes its mode or frame at standstill only";
+constexpr std::string_view still_rule = "standstill, to change mode or frame";
 constexpr std::string_view switch_rule = "standstill, to turn the composite switch";
 
 // Every mode that the last row may have been of; the part's transitions know the new one after it.
@@ -16,9 +16,7 @@ Evidence check_listed(const RowView& view, std::uint16_t acted_modes) {
   for (unsigned left = acted_modes; left != 0; left &= left - 1U) {
     const auto from = static_cast<std::uint8_t>(std::countr_zero(left));
     if (from == mode || (view.part().followers[from] & PartMemory::mode_bit(mode)) != 0) continue;
-    return broken_rule(code::change, "mode",
-                       "a mode that the part's transitions allow after the one that acted last",
-                       mode, from);
+    return broken_rule(code::change, "mode", "a change in its transitions", mode, from);
   }
   return {};
 }
@@ -48,9 +46,7 @@ Switch switched_before(const RowBefore& before, std::size_t part, const Setpoint
 Evidence check_turn(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
                     const RowBefore& before, std::string_view axis, double value) {
   if (!rests(claim, before))
-    return broken_rule(code::change, axis,
-                       "standstill after a tick without a row, to turn the composite switch",
-                       value);
+    return broken_rule(code::change, axis, "standstill after a held tick", value);
   for (const std::size_t part : claim.parts) {
     const Evidence still =
         check_still(code::change, limits, state, limits.parts[part], switch_rule);
@@ -77,10 +73,7 @@ Evidence check_change(const RowView& view, const RowBefore& before, const Action
   std::uint8_t from = action.mode;
   if (memory.kind == PartMemory::Kind::known) from = memory.mode;
   if (last != nullptr) from = last->mode;
-  return broken_rule(code::change, "mode",
-                     "a part changes its mode or frame at standstill only, after a tick without a "
-                     "row for it",
-                     action.mode, from);
+  return broken_rule(code::change, "mode", "standstill after a held tick", action.mode, from);
 }
 
 Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,
@@ -103,9 +96,8 @@ Evidence check_left_out(const Limits& limits, const MeasuredState& state, const 
 
 Evidence check_later_switch(const RowView& view) {
   if (turns_anywhere(view) || switch_of(view.previous[0]) == switch_of(view.now[0])) return {};
-  return broken_rule(code::change, "composite",
-                     "the first row of a chunk and standstill, to turn the composite switch",
-                     view.now[0], view.previous[0]);
+  return broken_rule(code::change, "composite", "a first row, and standstill", view.now[0],
+                     view.previous[0]);
 }
 
 }  // namespace fairlead

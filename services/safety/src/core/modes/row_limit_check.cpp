@@ -48,9 +48,10 @@ Evidence check_outside(const RowView& view) {
     if (!joint.bounded || !is_outside(joint.bounds, measured) || decides_itself(view, j)) continue;
     constexpr std::string_view rule =
         "measured outside bounds + tolerance: only rows that reduce it";
+    const std::string_view unit = position_unit(joint.kind);
     if (std::signbit(excess(joint.bounds, measured)))
-      return below(code::state, joint.name.view(), measured, joint.bounds.lower, rule);
-    return above(code::state, joint.name.view(), measured, joint.bounds.upper, rule);
+      return below(code::state, joint.name.view(), measured, joint.bounds.lower, unit, rule);
+    return above(code::state, joint.name.view(), measured, joint.bounds.upper, unit, rule);
   }
   return {};
 }
@@ -97,7 +98,7 @@ const ModeChecker& checker_of(const RowView& view) {
 Evidence check_absolute(const RowView& view) {
   const ModeChecker& checker = checker_of(view);
   if (checker.absolute == nullptr)
-    return broken_rule(code::addressing, mode_name(view.mode()), "no checker for this mode",
+    return broken_rule(code::addressing, mode_name(view.mode()), "a mode that has a checker",
                        view.mode());
   const Evidence evidence = check_outside(view);
   return evidence.ok() ? checker.absolute(view) : evidence;

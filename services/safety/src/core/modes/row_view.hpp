@@ -49,17 +49,17 @@ struct RowView {
 
 /// One number against a range that includes its ends.
 inline Evidence in_range(std::string_view axis, double value, double lower, double upper,
-                         const Text& source) {
-  if (!(value <= upper)) return above(code::absolute, axis, value, upper, source.view());
-  if (!(value >= lower)) return below(code::absolute, axis, value, lower, source.view());
+                         std::string_view unit, const Text& source) {
+  if (!(value <= upper)) return above(code::absolute, axis, value, upper, unit, source.view());
+  if (!(value >= lower)) return below(code::absolute, axis, value, lower, unit, source.view());
   return {};
 }
 
 /// A change, of either sign, up to and including its limit.
 inline Evidence at_most(std::uint32_t code, std::string_view axis, double value, double limit,
-                        const Text& source) {
+                        std::string_view unit, const Text& source) {
   if (std::abs(value) <= limit) return {};
-  return above(code, axis, std::abs(value), limit, source.view());
+  return above(code, axis, std::abs(value), limit, unit, source.view());
 }
 
 struct JointRange {

@@ -65,9 +65,10 @@ Evidence GraspWatch::note(const Limits& limits, const MeasuredState& state, std:
   }
   const double lost = direction(grip.opening, grip.target) * (opening - grip.opening);
   if (!(lost <= mode.slip_limit))
-    return in(above(code::contact, joint.name.view(), lost, mode.slip_limit,
-                    "slip_limit of gripper_position: it lost what it held"),
-              position_unit(joint.kind));
+    return declared_as(
+        above(code::contact, joint.name.view(), lost, mode.slip_limit, position_unit(joint.kind),
+              "slip_limit of gripper_position: it lost what it held"),
+        "slip_limit: it lost what it held");
   if (!short_of_it) grip = grip.told(grip.target, opening);
   return {};
 }

@@ -12,8 +12,8 @@ constexpr std::uint64_t overrun_window_ns = 60'000'000'000;
 static_assert(std::is_trivially_copyable_v<Limits> && std::is_trivially_copyable_v<ClaimLimits>);
 
 Evidence memory_fault(const MemoryGuard& guard) {
-  return broken_rule(code::own, "limits in memory", "the CRC-32 of the limits that were loaded",
-                     guard.found(), guard.expected());
+  return broken_rule(code::own, "limits in memory", "the limits as they were loaded", guard.found(),
+                     guard.expected());
 }
 
 }  // namespace
@@ -24,8 +24,9 @@ SelfMonitor::SelfMonitor(const Limits& limits, const RobotModel& model)
 Evidence check_step_time(const Limits& limits, std::uint32_t step_ns) {
   const std::uint32_t limit_us = limits.protocol.step_deadline_us;
   if (step_ns <= limit_us * 1000ULL) return {};
-  return above(code::own, "step [us]", step_ns * 1e-3, limit_us,
-               "protocol step_deadline_us, three times in 60 s");
+  return declared_as(above(code::own, "step", step_ns * 1e-3, limit_us, "us",
+                           "protocol step_deadline_us, three times in 60 s"),
+                     "step_deadline_us, three times in 60 s");
 }
 
 std::size_t SelfMonitor::note_overrun(std::uint64_t now_ns) {

@@ -62,15 +62,16 @@ void StopMonitor::end_unstopped() {
 Evidence StopMonitor::why_unstopped(std::size_t index, std::uint64_t now_ns) const {
   const PartLimits& part = limits_.parts[index];
   if (!ramps_[index].seen())
-    return above(code::ramp, "state age [ms]",
-                 static_cast<double>((now_ns - hal_.arrival_ns()) / 1'000'000),
-                 limits_.protocol.stop_ramp_ms, "no state since then");
+    return declared_as(above(code::ramp, "state age",
+                             static_cast<double>((now_ns - hal_.arrival_ns()) / 1'000'000),
+                             limits_.protocol.stop_ramp_ms, "ms", "no state since then"),
+                       "no state since then");
   const MeasuredState& state = hal_.state();
   const Evidence moving = check_still(code::ramp, limits_, state, part);
   if (!moving.ok()) return of(moving, part.name);
   if (state.acted[index].hold == 0)
-    return of(broken_rule(code::ramp, "acted", "no row acts any more"), part.name);
-  return of(below(code::ramp, "still states", ramps_[index].still(), RampWatch::still_states,
+    return of(broken_rule(code::ramp, "acted", "no row that acts"), part.name);
+  return of(below(code::ramp, "still states", ramps_[index].still(), RampWatch::still_states, "1",
                   "states at standstill in a row"),
             part.name);
 }

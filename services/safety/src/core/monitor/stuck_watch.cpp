@@ -116,8 +116,9 @@ Evidence StuckWatch::stuck(const MotionView& view, std::size_t joint, std::strin
   const JointLimits& limits = view.limits.joints[joint];
   const double change =
       measured_change(limits, joints_[joint].position, view.state.positions[joint]);
-  return in(below(code::stuck, limits.name.view(), std::abs(change), limits.encoder_step, rule),
-            position_unit(limits.kind), "encoder_step");
+  return declared_as(below(code::stuck, limits.name.view(), std::abs(change), limits.encoder_step,
+                           position_unit(limits.kind), rule),
+                     "encoder_step");
 }
 
 Evidence StuckWatch::after_joint_row(const MotionView& view) {

@@ -12,7 +12,7 @@ namespace {
 Evidence within(std::string_view axis, double distance, double limit, std::string_view unit,
                 std::string_view key) {
   if (distance <= limit) return {};
-  return in(above(code::tracking, axis, distance, limit, key), unit);
+  return declared_as(above(code::tracking, axis, distance, limit, unit, key), key);
 }
 
 struct HalfNames {

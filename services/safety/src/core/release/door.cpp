@@ -131,6 +131,7 @@ Verdict Door::make_verdict(const ActionChunk& chunk, const Name& source, const J
   verdict.value = evidence.value;
   verdict.limit = evidence.limit;
   verdict.margin = evidence.margin;
+  verdict.unit = Name(evidence.unit);
   verdict.limit_source = Text(evidence.limit_source);
   if (judgement.row_count > 0) {
     verdict.released_first = chunk.start_tick + judgement.first_row;

@@ -64,11 +64,11 @@ Evidence check_braking(const RobotModel& model, const Branch& branch, const Join
     Evidence evidence;
     const double from = branch.before[j];
     if ((speed > 0.0 || from <= joint.bounds.upper) && !(highest <= joint.bounds.upper))
-      evidence =
-          above(code::braking, joint.name.view(), highest, joint.bounds.upper, joint.source.view());
+      evidence = above(code::braking, joint.name.view(), highest, joint.bounds.upper,
+                       position_unit(joint.kind), joint.source.view());
     if ((speed < 0.0 || from >= joint.bounds.lower) && !(lowest >= joint.bounds.lower))
-      evidence =
-          below(code::braking, joint.name.view(), lowest, joint.bounds.lower, joint.source.view());
+      evidence = below(code::braking, joint.name.view(), lowest, joint.bounds.lower,
+                       position_unit(joint.kind), joint.source.view());
     if (!evidence.ok()) return of(evidence, model.limits.parts[joint.part].name);
   }
   return {};

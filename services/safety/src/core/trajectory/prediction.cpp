@@ -65,7 +65,7 @@ Evidence Prediction::advance() {
   row_ = next_row_++;
   if (gain_parts_.size() > max_gains)
     return above(code::unreachable, "parts", static_cast<double>(gain_parts_.size()),
-                 static_cast<double>(max_gains), "parts with a gain that move at once");
+                 static_cast<double>(max_gains), "1", "parts with a gain that move at once");
   ++steps_;
   interval_before_ = interval_;
   for (Branch& branch : branches()) branch.begin_row();
@@ -213,7 +213,8 @@ Evidence Prediction::check_finite() const {
       for (const double value : {branch.now[j], branch.speed[j]}) {
         if (std::isfinite(value)) continue;
         const JointLimits& joint = model_.limits.joints[j];
-        return of(broken_rule(code::unreachable, joint.name.view(), "a predicted position", value),
+        return of(broken_rule(code::unreachable, joint.name.view(), "a finite place where it leads",
+                              value),
                   model_.limits.parts[joint.part].name);
       }
   return {};

@@ -81,9 +81,9 @@ Evidence Prediction::check_speeds() const {
     if (!shared_by_[joint.part].goes_on) continue;
     const double speed = larger(-speeds_.lowest[j], speeds_.highest[j]);
     if (speed <= joint.velocity_limit) continue;
-    return of(
-        above(code::speed, joint.name.view(), speed, joint.velocity_limit, joint.source.view()),
-        model_.limits.parts[joint.part].name);
+    return of(above(code::speed, joint.name.view(), speed, joint.velocity_limit,
+                    velocity_unit(joint.kind), joint.source.view()),
+              model_.limits.parts[joint.part].name);
   }
   return {};
 }

@@ -12,9 +12,8 @@
 namespace fairlead {
 namespace {
 
-constexpr std::string_view lost_goal =
-    "a known goal: with the composite switch up the tool goes on from the last one, and a state or "
-    "a row was lost; passes after a held tick";
+// A tool whose composite switch is up goes on from its last goal.
+constexpr std::string_view lost_goal = "a held tick, after a lost state or row";
 
 }  // namespace
 
@@ -105,7 +104,7 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
     if (steps_ == 1) speed = larger(speed, std::abs(state_.velocities[j]));
     if (!(speed <= joint.velocity_limit))
       return above(code::speed, joint.name.view(), speed, joint.velocity_limit,
-                   joint.source.view());
+                   velocity_unit(joint.kind), joint.source.view());
   }
   return {};
 }

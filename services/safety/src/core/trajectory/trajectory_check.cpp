@@ -29,7 +29,7 @@ Evidence check_singularity(const RobotModel& model, const ActionPart& action,
     return smallest_singular_value(tool_jacobian(model, tool, before)) - limit;
   };
   if (!is_breach(value - limit, margin_before)) return {};
-  return of(below(code::singularity, "singular value", value, limit, part.source.view()),
+  return of(below(code::singularity, "singular value", value, limit, "1", part.source.view()),
             part.name);
 }
 
