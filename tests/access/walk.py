@@ -38,6 +38,15 @@ class Table:
         """What one party may send to another, with the answers to its queries."""
         return self._passed(sender, receiver)
 
+    def may(self, name: str, what: str, kind: str) -> list[str]:
+        """Keys of a kind that a party may ``write`` or ``read``, at somebody else's."""
+        rows = [one for one in self._rows if name in one[what] and one["kind"] == kind]
+        return [
+            key
+            for key in self._keys
+            if any(_has(one["key"], key) and key not in one["except"] for one in rows)
+        ]
+
     def _pass(self, sender: str, receiver: str) -> frozenset[Passed]:
         return frozenset(self._each(sender, receiver))
 
