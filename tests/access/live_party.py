@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from bench.equipment.live_robot import wait_for
 from tests.access.party import Passed
@@ -34,13 +34,17 @@ class Found:
                 self._passed.add(passed)
                 self._changed_s = time.monotonic()
 
-    def settled(self, expected: Iterable[Passed], sender_of: Callable[[str], str]) -> set[Passed]:
-        """What came until all that was expected has, or long enough; then all is forgotten.
+    def settled(
+        self,
+        is_enough: Callable[[set[Passed]], bool],
+        sender_of: Callable[[str], str] = str,
+    ) -> set[Passed]:
+        """What came until it is enough, or long enough; then all is forgotten.
 
         Args:
             sender_of: who declared a token that somebody sees.
         """
-        wanted, began_s = set(expected), time.monotonic()
+        began_s = time.monotonic()
 
         def seen() -> set[Passed]:
             with self._lock:
@@ -50,13 +54,18 @@ class Found:
         def is_over() -> bool:
             now_s = time.monotonic()
             quiet = now_s - max(self._changed_s, began_s) > QUIET_S
-            return quiet and (wanted <= seen() or now_s - began_s > LOST_S)
+            return quiet and (is_enough(seen()) or now_s - began_s > LOST_S)
 
         wait_for(is_over, "it settles", 2 * WAIT_S)
         passed = seen()
         with self._lock:
             self._passed.clear()
         return passed
+
+
+def all_came(_: set[Passed]) -> bool:
+    """Nothing is waited for."""
+    return True
 
 
 class LiveParty:
@@ -74,7 +83,7 @@ class LiveParty:
         first: Sequence[str] = (),
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        self.name = arguments[-1]
+        self.name = " ".join(arguments)
         self.process = subprocess.Popen(
             [*first, sys.executable, "-m", "tests.access.party", *arguments],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,

@@ -1,10 +1,10 @@
 """One Zenoh session that tries everything and tells everything that comes of it.
 
-``python -m tests.access.party DEPLOYMENT NAME`` is a live process of a deployment: its session is
-the one that a service or tool of that name opens. It prints ``ready``, acts or rests as the lines
-say that it reads, and prints what it gets. ``python -m tests.access.party FILE`` has many sessions
-that keep to no rule: the file has their keys and, by name, their configurations; a line names who
-acts or rests.
+``python -m tests.access.party DEPLOYMENT NAME NTH`` is a live process of a deployment: its session
+is the one that a service or tool of that name opens. It prints ``ready``, acts or rests as the
+lines say that it reads, and prints what it gets. ``python -m tests.access.party FILE`` has many
+sessions that keep to no rule: the file has their keys and, by name, their configurations; a line
+names who acts or rests.
 """
 
 from __future__ import annotations
@@ -152,11 +152,11 @@ def endpoints_of(deployment: Deployment, name: str) -> Endpoints:
     return deployment.tool_endpoints(name)
 
 
-def honest(file: str, name: str) -> dict[str, Party]:
-    """The session of a service or tool."""
+def honest(file: str, name: str, nth: str) -> dict[str, Party]:
+    """The session of a service or tool; it acts on each so-many-th key."""
     deployment = load_deployment(Path(file))
     parties = deployment.parties
-    keys = every_key(parties)
+    keys = every_key(parties)[:: int(nth)]
     families = {one.family for one in rights(parties)}
     config = endpoints_of(deployment, name).config()
     return {"": Party(name, config, keys, ["**", *sorted(families | set(keys))], _tell)}
@@ -170,7 +170,7 @@ def lawless(file: str) -> dict[str, Party]:
 
 
 def main(*arguments: str) -> None:
-    found = honest(*arguments) if len(arguments) == 2 else lawless(*arguments)
+    found = honest(*arguments) if len(arguments) == 3 else lawless(*arguments)
     _print("ready")
     for line in sys.stdin:
         word, _, name = line.strip().partition(" ")

@@ -32,8 +32,18 @@ def test_as_data_it_says_who_may_write_and_read(tmp_path: Path) -> None:
     done = fairlead_here("acl", "show", "panda_mujoco", "--json", state=tmp_path)
     document = json.loads(done.stdout)
     assert document["access"] == "closed"
-    goal = {"key": "fl/panda/skill/runner/goal", "kind": "query"}
+    goal = {"key": "fl/panda/skill/runner/goal", "except": [], "kind": "query"}
     assert goal | {"write": ["operator"], "read": ["runner"]} in document["rows"]
+
+
+def test_the_operator_may_not_do_what_is_a_runners_own(tmp_path: Path) -> None:
+    key, but = "fl/panda/action/candidate/*", "fl/panda/action/candidate/runner"
+    text = fairlead_here("acl", "show", "panda_mujoco", state=tmp_path).stdout
+    [line] = [one.split() for one in text.splitlines() if one.startswith(key)]
+    assert (line[2], line[-1]) == ("operator", but)
+    data = fairlead_here("acl", "show", "panda_mujoco", "--json", state=tmp_path).stdout
+    [row] = [one for one in json.loads(data)["rows"] if one["key"] == key]
+    assert (row["write"], row["except"]) == (["operator"], [but])
 
 
 def test_of_an_open_deployment_it_says_that_nothing_enforces_it(tmp_path: Path) -> None:

@@ -8,11 +8,21 @@ import subprocess
 import tempfile
 from itertools import product
 from pathlib import Path
+from typing import NamedTuple, get_args
 
 import pytest
 from pydantic import ValidationError
 
-from fairlead.deploy.access import TABLE, grants, rights
+from fairlead.deploy.access import (
+    ALL,
+    SERVICES,
+    TABLE,
+    Kind,
+    Role,
+    Row,
+    grants,
+    rights,
+)
 from fairlead.deploy.credentials import PASSWORDS, find_secrets
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError
@@ -29,17 +39,74 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "access" / "tested"
 
 
-def test_it_has_every_key_that_the_design_lists() -> None:
+EVERYONE = frozenset(ALL)
+TOOLS: frozenset[Role] = frozenset({"operator"})
+WORDS: dict[str, frozenset[Role]] = {
+    "everyone": frozenset(ALL),
+    "services": frozenset(SERVICES),
+    "each service": frozenset(SERVICES),
+    **dict.fromkeys(("tools", "clients", "planners"), TOOLS),
+    "skill_runner": frozenset({"runner"}),
+    **dict.fromkeys(
+        ("hal", "hal (simulators)", "camera process", "a simulator's hal", "a HAL that starts"),
+        frozenset({"hal"}),
+    ),
+    "state_assembler": frozenset({"state_assembler"}),
+    "localiser": frozenset({"localiser"}),
+    **dict.fromkeys(("safety", "safety only"), frozenset({"safety"})),
+}
+"""Whom the words of the design mean."""
+
+
+class Listed(NamedTuple):
+    """A row of the design's table."""
+
+    kind: str
+    writers: frozenset[Role]
+    readers: frozenset[Role]
+
+
+def listed() -> dict[str, Listed]:
+    """Each key, with `*` for what is in angle brackets, as a person wrote it down."""
     text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
     table = text.partition("## Keys")[2].partition("\n## ")[0]
-    listed = re.findall(r"^\| `([^`]+)` \|", table, re.M)
-    keys = {key for one in listed for key in _spelt_out(re.sub("<[^>]+>", "*", one))}
-    assert {row.key for row in TABLE} == keys
+    assert "Tools may also read\nall that is published." in table
+    rows = re.findall(r"^\| `([^`]+)` \| (.+) \| (.+) \| (.+) \|$", table, re.M)
+    return {
+        key: Listed(kind, _meant(writers), _meant(readers))
+        for keys, kind, writers, readers in rows
+        for key in _spelt_out(re.sub("<[^>]+>", "*", keys))
+    }
 
 
 def _spelt_out(key: str) -> list[str]:
     parts = [part.split(",") for part in re.split("[{}]", key)]
     return ["".join(chosen) for chosen in product(*parts)]
+
+
+def _meant(words: str) -> frozenset[Role]:
+    plain = words.replace("*", "").partition(":")[0]
+    return frozenset[Role]().union(*(WORDS[word] for word in plain.split(", ")))
+
+
+def test_it_has_every_key_that_the_design_lists_and_of_each_the_kinds() -> None:
+    assert {row.key for row in TABLE} == set(listed())
+    for key, one in listed().items():
+        kinds = {row.kind for row in TABLE if row.key == key}
+        assert kinds == {kind for kind in get_args(Kind) if kind in one.kind}, key
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: f"{row.kind} {row.key}")
+def test_who_may_do_what_is_what_the_design_lists(row: Row) -> None:
+    one = listed()[row.key]
+    writers, readers = set(row.writers), set(row.readers)
+    if row.kind == "query" and "published" in one.kind:  # who may hear it may ask for it
+        assert writers <= one.readers
+        assert readers == one.writers
+        return
+    assert writers == one.writers
+    is_published = row.kind == "published" or row.key == "camera/*/shared/*"
+    assert readers == (one.readers | TOOLS if is_published else one.readers)
 
 
 def test_only_the_gate_writes_what_the_hal_obeys_and_only_its_own_runner_a_source() -> None:

@@ -29,21 +29,26 @@ def show_command(
 ) -> None:
     """Show who may write and read each key of a deployment; nobody may do anything else.
 
-    Who writes a query asks it, who reads it answers it.
+    Who writes a query asks it, who reads it answers it. EXCEPT: keys of ``KEY`` that are somebody's
+    own; those have a line of their own.
     """
     deployment = load_deployment(choose_file(target))
     found = list(rights(deployment.parties))
     if as_json:
-        rows = [{"key": r.key, "kind": r.kind, "write": r.write, "read": r.read} for r in found]
+        rows = [
+            {"key": r.key, "except": r.but, "kind": r.kind, "write": r.write, "read": r.read}
+            for r in found
+        ]
         print_json({"access": deployment.access, "rows": rows})
         return
-    print_table(("KEY", "KIND", "MAY WRITE", "MAY READ"), [_row(one) for one in found])
+    header = ("KEY", "KIND", "MAY WRITE", "MAY READ", "EXCEPT")
+    print_table(header, [_row(one) for one in found])
     if deployment.open_access:
         echo(f"\nWARNING nothing enforces this: {deployment.open_access}")
 
 
-def _row(one: Rights) -> tuple[str, str, str, str]:
-    return one.key, one.kind, ", ".join(one.write), ", ".join(one.read)
+def _row(one: Rights) -> tuple[str, str, str, str, str]:
+    return one.key, one.kind, ", ".join(one.write), ", ".join(one.read), ", ".join(one.but)
 
 
 group = make_group("acl", "Show who may do what on a robot's keys.", {"show": show_command})
