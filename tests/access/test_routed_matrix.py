@@ -30,6 +30,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
 DEFAULT_PEER = "a default peer"
 OTHER = "another robot's"
+PEOPLE = ["ada", "ben"]
 
 
 @pytest.fixture
@@ -45,6 +46,7 @@ def walker_of(
     """All with their certificates, strangers of every kind on the GPU host, and another robot."""
     content = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
     content |= {"hosts": network.addresses, "access": access, "localiser": "tracker"}
+    content["people"] = PEOPLE
     deployments, files = [], []
     for name, port in zip(("walk", "other"), free_ports(2), strict=True):
         content |= {"id": f"{name}{os.getpid()}", "router": {"host": "robot", "port": port}}
@@ -60,7 +62,8 @@ def walker_of(
             proofs = make_certificates(deployment, "gpu")
             made = certificates_dir(deployment.keys)
             there = folders["gpu"] / made.relative_to(folders["robot"])
-            shutil.copytree(made / "gpu", there / "gpu")
+            for name in ("gpu", *PEOPLE):
+                shutil.copytree(made / name, there / name)
             Authority(other).new(datetime.now(UTC), days=1)
         walker = RoutedWalker(network, files[0], deployment, folders, files[1:])
         found = strangers(deployment.router_endpoint, proofs) | others(other)

@@ -29,6 +29,9 @@ class KeyTable {
   std::string gate_status() const { return key("safety/status"); }
   std::string stop() const { return key("safety/stop"); }
   std::string gate_command(std::string_view verb) const { return key("safety/cmd", verb); }
+  std::string gate_command_of_any(std::string_view verb) const {
+    return key("safety/cmd", verb) + "/*";
+  }
   std::string every_claim() const { return key("safety/cmd/claim/*"); }
   std::string every_release() const { return key("safety/cmd/release/*"); }
   std::string hal_status() const { return key("hal/status"); }
@@ -45,7 +48,7 @@ class KeyTable {
 /// Whether a name is 1 to 64 of a-z 0-9 _ . - and starts with a letter or digit.
 bool is_key_chunk(std::string_view name);
 
-/// The last chunk of a key: the source it is about.
+/// The last chunk of a key: the source it is about, or the person who asks.
 std::string_view last_chunk(std::string_view key);
 
 }  // namespace fairlead

@@ -77,3 +77,7 @@ TEST_CASE("the last chunk of a key is its source") {
   CHECK(last_chunk("fl/panda/action/candidate/runner") == "runner");
   CHECK(last_chunk("runner") == "runner");
 }
+
+TEST_CASE("behind a command's key is a chunk for each person") {
+  CHECK(KeyTable("fl", "panda").gate_command_of_any("arm") == "fl/panda/safety/cmd/arm/*");
+}
