@@ -21,6 +21,7 @@ from fairlead.paths import ACCESS_VARIABLE, repo_root
 from fairlead.wire.endpoints import Endpoints
 from fairlead_tools.certificates.authority import Authority
 from fairlead_tools.supervisor.this_host import free_ports
+from tests.access.certified import PEOPLE
 from tests.access.party import endpoints_of
 from tests.access.routed_walk import RoutedWalker
 from tests.system.two_networks import HOSTS, TwoNetworks, two_networks
@@ -30,7 +31,6 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
 DEFAULT_PEER = "a default peer"
 OTHER = "another robot's"
-PEOPLE = ["ada", "ben"]
 
 
 @pytest.fixture

@@ -109,17 +109,13 @@ class Deployment(BaseModel):
             missing = "hosts" if not self.hosts else "router"
             return [f"{missing}: missing; hosts and router go together"]
         problems = host_problems(self.hosts, self.router, not self.open_access)
-        return (
-            problems
-            + service_problems(self.services, self.hosts)
-            + [
-                f"{name}: longer than the {COMMON_NAME_MAX} signs that a certificate can name"
-                for name in dict.fromkeys(
-                    common_name(self.keys, name) for _, name in self.certified
-                )
-                if len(name) > COMMON_NAME_MAX
-            ]
-        )
+        problems += service_problems(self.services, self.hosts)
+        names = dict.fromkeys(common_name(self.keys, name) for _, name in self.certified)
+        return problems + [
+            f"{name}: longer than the {COMMON_NAME_MAX} signs that a certificate can name"
+            for name in names
+            if len(name) > COMMON_NAME_MAX
+        ]
 
     @property
     def keys(self) -> Keys:

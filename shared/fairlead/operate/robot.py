@@ -62,6 +62,7 @@ class Robot(Services):
         """Join a robot's services; ``bus`` None opens a Zenoh session, which `close` closes.
 
         Raises:
+            ConfigError: FAIRLEAD_OPERATOR names nobody who could be meant here; no certificate.
             TransportError: if the session cannot be opened.
         """
         opened = bus if bus is not None else await open_session(own_endpoints(deployment))
