@@ -111,7 +111,7 @@ def logged_after(robot: LiveStage, service: str, before: int) -> bool:
 def test_what_ada_forges_of_ben_goes_nowhere_or_is_refused_and_logged(robot: LiveStage) -> None:
     with closing(thief(robot)) as bus:
         for key, (service, request) in every_command(robot, "ben@lab (x)").items():
-            for anothers in (key, of_person(key, "ben")):
+            for anothers in (key, of_person(key, "ben"), of_person(key, "*")):
                 with pytest.raises(NoAnswerError):
                     bus.query(anothers, request, ANSWER_S)
             before = refusals(robot, service)
