@@ -23,6 +23,7 @@ from fairlead.messages import (
     NO_HASH,
     Arm,
     Cancel,
+    Claim,
     Disarm,
     GateState,
     Goal,
@@ -79,6 +80,13 @@ def thief(robot: LiveStage) -> ZenohBus:
     return ZenohBus(replace(one, access=proof))
 
 
+def a_claim(source: str, by: str) -> Claim:
+    return Claim(
+        source=source, skill="s", skill_hash=NO_HASH, robot_hash=NO_HASH, period_ns=1,
+        parts=("arm",), chunk_rate_hz=1.0, horizon_max=1, age_max_ticks=1, limits=(), by=by,
+    )  # fmt: skip
+
+
 def every_command(robot: LiveStage, by: str) -> dict[str, tuple[str, Message]]:
     """By key, with who answers."""
     keys = robot.client.keys
@@ -87,6 +95,7 @@ def every_command(robot: LiveStage, by: str) -> dict[str, tuple[str, Message]]:
         keys.gate_command("disarm"): ("safety", Disarm(by=by)),
         keys.gate_command("reset"): ("safety", Reset(by=by, id=1)),
         keys.hal_command("reset_episode"): ("hal", ResetEpisode(seed=1, by=by)),
+        keys.claim("x"): ("safety", a_claim("x", by)),
         keys.goal("runner"): (
             "runner",
             Goal(skill="x", skill_hash=NO_HASH, prompt="", deadline_ticks=0, stall_timeout_s=1.0,
@@ -118,7 +127,19 @@ def test_what_ada_forges_of_ben_goes_nowhere_or_is_refused_and_logged(robot: Liv
             with pytest.raises(RefusedError, match=f"^{service} refused: {FORGED}"):
                 bus.query(of_person(key, "ada"), request, 10.0)
             wait_for(partial(logged_after, robot, service, before), "it is logged")
+        runners = of_person(robot.client.keys.claim("runner"), "ada")
+        with pytest.raises(NoAnswerError):
+            bus.query(runners, a_claim("runner", "ada@lab (x)"), ANSWER_S)
     assert robot.client.gate_status().state == GateState.DISARMED
+
+
+def test_what_a_person_claims_is_logged_by_the_name_in_the_certificate(robot: LiveStage) -> None:
+    robot.ready_to_move()
+    with robot.client.claim(["base"], source="teleop"):
+        pass
+    robot.client.disarm()
+    said = re.compile(r"claim [0-9a-f]{16} of teleop for teleop, by ada@robot \(")
+    wait_for(lambda: said.search(log_of(robot, "safety")) is not None, "the log names who claims")
 
 
 def test_a_latch_is_reset_by_two_who_prove_that_they_are_two(

@@ -67,6 +67,7 @@ def test_commands_are_a_persons_and_all_else_stays_the_tools(file: Path) -> None
     robot = "fl/certified"
     commands = ["safety/cmd/arm", "safety/cmd/disarm", "safety/cmd/reset", "hal/cmd/reset_episode"]
     commands += [f"skill/runner/{verb}" for verb in ("goal", "cancel", "load")]
+    commands += ["safety/cmd/claim/*"]
     for command in commands:
         key = f"{robot}/{command}"
         assert (key, "query") not in listed

@@ -36,8 +36,8 @@ class Row:
         readers: who subscribes, answers, or watches the token.
         own: which of them have the key in which ``*`` is their name; the operator has those of
             nobody's name.
-        person: a command of an operator's; where a deployment lists people, each of them has a key
-            of their own for it, one chunk longer, and nobody the key itself.
+        person: a command; where a deployment lists people, each of them has a key of their own for
+            it, one chunk longer, and no tool the key itself.
     """
 
     key: str
@@ -70,7 +70,7 @@ TABLE = (
     Row("safety/cmd/arm", "query", ("operator",), ("safety",), person=True),
     Row("safety/cmd/disarm", "query", ("operator",), ("safety",), person=True),
     Row("safety/cmd/reset", "query", ("operator",), ("safety",), person=True),
-    Row("safety/cmd/claim/*", "query", ASKERS, ("safety",), own="writer"),
+    Row("safety/cmd/claim/*", "query", ASKERS, ("safety",), own="writer", person=True),
     Row("safety/cmd/release/*", "query", ASKERS, ("safety",), own="writer"),
     Row("hal/status", "published", ("hal",), ALL),
     Row("hal/status", "query", ("runner", *HEARERS), ("hal",)),
@@ -162,14 +162,15 @@ def rights(parties: Parties) -> Iterator[Rights]:
         for key, names in owners.items():
             both = (write, names) if row.own == "reader" else (names, read)
             heard = key if row.own == "reader" else row.key
-            if row.person and parties.people:
+            but = [own for own in owners if key == row.key != own]
+            if row.person and parties.people and OPERATOR in both[0]:
                 family, heard = (full(of_person(one, "*")) for one in (row.key, heard))
-                for person in parties.people:
-                    mine = full(of_person(key, person))
-                    yield Rights(mine, row.kind, [person], both[1], family, heard, ())
+                for one in parties.people:
+                    mine, others = full(of_person(key, one)), [full(of_person(k, one)) for k in but]
+                    yield Rights(mine, row.kind, [one], both[1], family, heard, others)
                 continue
-            but = [full(own) for own in owners if key == row.key != own]
-            yield Rights(full(key), row.kind, *both, full(row.key), full(heard), but)
+            others = [full(own) for own in but]
+            yield Rights(full(key), row.kind, *both, full(row.key), full(heard), others)
 
 
 _MESSAGES: Mapping[Kind, tuple[tuple[str, ...], tuple[str, ...]]] = {

@@ -33,6 +33,7 @@ class KeyTable {
     return key("safety/cmd", verb) + "/*";
   }
   std::string every_claim() const { return key("safety/cmd/claim/*"); }
+  std::string every_claim_of_any() const { return every_claim() + "/*"; }
   std::string every_release() const { return key("safety/cmd/release/*"); }
   std::string hal_status() const { return key("hal/status"); }
   std::string every_heartbeat() const { return key("skill/*/heartbeat"); }
@@ -47,8 +48,5 @@ class KeyTable {
 
 /// Whether a name is 1 to 64 of a-z 0-9 _ . - and starts with a letter or digit.
 bool is_key_chunk(std::string_view name);
-
-/// The last chunk of a key: the source it is about, or the person who asks.
-std::string_view last_chunk(std::string_view key);
 
 }  // namespace fairlead

@@ -60,11 +60,12 @@ struct Inlet {
   const ZenohTransport::Handler* handler;
 };
 
-// The chunk of the key that names the source or person: what the inlet's wildcard stands for, the
-// last one, or, in .../<source>/heartbeat, the one before it; of other keys none.
+// What the inlet's wildcards stand for in a key: source, person, or "source/person".
 std::string_view source_in(const Inlet& inlet, std::string_view key) {
-  if (inlet.kind == EventKind::heartbeat) return last_chunk(key.substr(0, key.rfind('/')));
-  return inlet.key.ends_with('*') ? last_chunk(key) : std::string_view();
+  const std::size_t begin = inlet.key.find('*');
+  if (begin == std::string::npos) return {};
+  const std::size_t behind = inlet.key.size() - inlet.key.rfind('*') - 1;
+  return key.substr(begin, key.size() - begin - behind);
 }
 
 std::string_view text_of(const z_loaned_keyexpr_t* key) {
@@ -149,6 +150,7 @@ class ZenohTransport::Session {
     answer_commands(EventKind::disarm, "disarm");
     answer_commands(EventKind::reset, "reset");
     answer(EventKind::claim, keys_.every_claim());
+    answer(EventKind::claim, keys_.every_claim_of_any());
     answer(EventKind::release, keys_.every_release());
     answer(EventKind::status, keys_.gate_status());
   }

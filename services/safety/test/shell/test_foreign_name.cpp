@@ -47,6 +47,20 @@ TEST_CASE("a command on the key that is nobody's may be anybody's") {
   CHECK(said(EventKind::reset, "", Reset{"ben", 1}).empty());
 }
 
+TEST_CASE("a claim on a person's key is of its source, and of that person") {
+  Claim claim;
+  claim.source = "teleop";
+  CHECK(said(EventKind::claim, "teleop", claim).empty());
+  CHECK(said(EventKind::claim, "teleop/ada", claim) == "asked in the name of  on the key of ada");
+  claim.by = "ada@gpu (fairlead)";
+  CHECK(said(EventKind::claim, "teleop", claim).empty());
+  CHECK(said(EventKind::claim, "teleop/ada", claim).empty());
+  CHECK(said(EventKind::claim, "teleop/ben", claim) ==
+        "asked in the name of ada on the key of ben");
+  CHECK(said(EventKind::claim, "runner/ada", claim) ==
+        "asked in the name of teleop on the key of runner");
+}
+
 TEST_CASE("claims and releases are their sources', and frames that do not decode the core's") {
   Release release;
   release.source = "planner";
