@@ -60,12 +60,12 @@ struct Inlet {
   const ZenohTransport::Handler* handler;
 };
 
-// What the inlet's wildcards stand for in a key: source, person, or "source/person".
+// What the inlet's wildcards stand for in a key: source, person, "source/person"; of "**" all of it.
 std::string_view source_in(const Inlet& inlet, std::string_view key) {
   const std::size_t begin = inlet.key.find('*');
   if (begin == std::string::npos) return {};
   const std::size_t behind = inlet.key.size() - inlet.key.rfind('*') - 1;
-  return key.substr(begin, key.size() - begin - behind);
+  return key.size() < begin + behind ? key : key.substr(begin, key.size() - begin - behind);
 }
 
 std::string_view text_of(const z_loaned_keyexpr_t* key) {
