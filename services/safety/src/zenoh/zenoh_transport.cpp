@@ -60,7 +60,7 @@ struct Inlet {
   const ZenohTransport::Handler* handler;
 };
 
-// What the inlet's wildcards stand for in a key: source, person, "source/person"; of "**" all of it.
+// What the inlet's wildcards stand for in a key: source, person, "source/person"; "**": all of it.
 std::string_view source_in(const Inlet& inlet, std::string_view key) {
   const std::size_t begin = inlet.key.find('*');
   if (begin == std::string::npos) return {};
