@@ -103,9 +103,9 @@ class CertifiedStage(LiveStage):
 
 
 @contextmanager
-def certified_stage(folder: Path) -> Iterator[CertifiedStage]:
-    """Router and services with certificates, without proxies."""
-    content = routed_deployment(folder, free_ports(1)[0]) | {"access": "closed"}
+def certified_stage(folder: Path, **more: Any) -> Iterator[CertifiedStage]:
+    """Router and services with certificates, without proxies; ``more`` is for the file."""
+    content = routed_deployment(folder, free_ports(1)[0]) | {"access": "closed"} | more
     file = folder / "state" / "deployment.yaml"
     scratch = Scratch(file, _write(file, content), file.parent)
     proofs = make_certificates(scratch.deployment, HOST)

@@ -195,6 +195,16 @@ class Keys:
         return self._key("want", "layout", "*")
 
 
+def of_person(key: str, person: str) -> str:
+    """A person's own key for a command; the key itself where ``person`` is "": nobody's."""
+    return f"{key}/{person}" if person else key
+
+
+def person_of(by: str) -> str:
+    """The person in ``ada@lab (fairlead run)``; it proves nothing by itself."""
+    return re.split("[ @]", by, maxsplit=1)[0]
+
+
 def last_chunk(key: str) -> str:
     """The last chunk of a key: the source, camera, publisher or skill it is about."""
     return key.rsplit("/", 1)[-1]

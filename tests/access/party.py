@@ -37,6 +37,7 @@ class Passed(NamedTuple):
 def every_key(parties: Parties) -> list[str]:
     """Each key of the table, those of others, and what is none of the robot's."""
     own = {one.key.replace("*", "thing") for one in rights(parties)}
+    own |= {key for one in rights(parties) for key in one.but if "*" not in key}
     own |= {one.family.replace("*", name) for one in rights(parties) for name in parties.names}
     space, robot = parties.keys.namespace, parties.keys.robot
     foreign = {f"{space}/{robot}/unknown", f"{space}/another/state/joints", f"other/{robot}/x"}

@@ -21,6 +21,7 @@ from fairlead.paths import ACCESS_VARIABLE, repo_root
 from fairlead.wire.endpoints import Endpoints
 from fairlead_tools.certificates.authority import Authority
 from fairlead_tools.supervisor.this_host import free_ports
+from tests.access.certified import PEOPLE
 from tests.access.party import endpoints_of
 from tests.access.routed_walk import RoutedWalker
 from tests.access.walk import Walk
@@ -49,6 +50,7 @@ def walker_of(
     """All with their certificates, strangers of every kind on the GPU host, and another robot."""
     content = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
     content |= {"hosts": network.addresses, "access": access, "localiser": "tracker"}
+    content["people"] = PEOPLE
     deployments, files = [], []
     for name, port in zip(("walk", "other"), free_ports(2), strict=True):
         content |= {"id": f"{name}{os.getpid()}", "router": {"host": "robot", "port": port}}
@@ -64,7 +66,8 @@ def walker_of(
             proofs = make_certificates(deployment, "gpu")
             made = certificates_dir(deployment.keys)
             there = folders["gpu"] / made.relative_to(folders["robot"])
-            shutil.copytree(made / "gpu", there / "gpu")
+            for name in ("gpu", *PEOPLE):
+                shutil.copytree(made / name, there / name)
             Authority(other).new(datetime.now(UTC), days=1)
         walker = RoutedWalker(network, files[0], deployment, folders, files[1:], nth)
         found = strangers(deployment.router_endpoint, proofs) | others(other)

@@ -26,7 +26,7 @@ from fairlead.deploy.access import (
 from fairlead.deploy.credentials import PASSWORDS, find_secrets
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError
-from fairlead.keys import Keys
+from fairlead.keys import Keys, of_person
 from fairlead.paths import ACCESS_VARIABLE, STATE_VARIABLE, repo_root
 
 FILE = repo_root() / "compose" / "panda_mobile_sim.yaml"
@@ -58,6 +58,9 @@ WORDS: dict[str, frozenset[Role]] = {
 """Whom the words of the design mean."""
 
 
+OF_PEOPLE = "a person's query"
+
+
 class Listed(NamedTuple):
     """A row of the design's table."""
 
@@ -66,17 +69,28 @@ class Listed(NamedTuple):
     readers: frozenset[Role]
 
 
-def listed() -> dict[str, Listed]:
-    """Each key, with `*` for what is in angle brackets, as a person wrote it down."""
+def rows() -> list[tuple[str, str, str, str]]:
+    """Key, kind, who writes and who reads, as a person wrote them down; `*` for what is in angle
+    brackets."""
     text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
     table = text.partition("## Keys")[2].partition("\n## ")[0]
-    assert "Tools may also read\nall that is published." in table
-    rows = re.findall(r"^\| `([^`]+)` \| (.+) \| (.+) \| (.+) \|$", table, re.M)
+    assert "Tools may also read all that is published, and the tokens of" in table.replace("\n", " ")
+    found = re.findall(r"^\| `([^`]+)` \| (.+) \| (.+) \| (.+) \|$", table, re.M)
+    return [(key, *row) for keys, *row in found for key in _spelt_out(re.sub("<[^>]+>", "*", keys))]
+
+
+def listed() -> dict[str, Listed]:
+    """By key, but those of people."""
     return {
         key: Listed(kind, _meant(writers), _meant(readers))
-        for keys, kind, writers, readers in rows
-        for key in _spelt_out(re.sub("<[^>]+>", "*", keys))
+        for key, kind, writers, readers in rows()
+        if kind != OF_PEOPLE
     }
+
+
+def test_it_has_the_key_of_a_person_for_each_command_that_the_design_lists() -> None:
+    keys = {key for key, kind, *_ in rows() if kind == OF_PEOPLE}
+    assert keys == {of_person(row.key, "*") for row in TABLE if row.person}
 
 
 def _spelt_out(key: str) -> list[str]:

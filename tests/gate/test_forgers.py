@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from bench.equipment.gate_scene import SOURCE, Scene
-from fairlead.errors import RefusedError
-from fairlead.messages import Acted, Claim, GateState, Release, Reset
+from fairlead.errors import FairleadError, RefusedError
+from fairlead.keys import of_person
+from fairlead.messages import Acted, Arm, Claim, GateState, Heartbeat, Release, Reset
 from fairlead.robot.gate_file import sealed
+from fairlead.wire.bus import Qos
 
 pytestmark = pytest.mark.processes
 
@@ -36,6 +39,29 @@ def test_nobody_claims_or_releases_in_the_name_of_another_than_the_keys(scene: S
     assert [claim.source for claim in scene.status().claims] == [SOURCE]
     scene.release()
     scene.claim(source=OTHER)
+
+
+def test_a_command_on_a_persons_key_is_that_persons_alone(scene: Scene) -> None:
+    scene.meet_hal()
+    arm = scene.keys.gate_command("arm")
+    for owner, named in (("ben", "ada"), ("*", "ada"), ("ada", "adam")):
+        said = f"asked in the name of {named} on the key of {owner}"
+        with pytest.raises(RefusedError, match=re.escape(said)):
+            scene.ask(of_person(arm, owner), Arm(by=f"{named}@lab (x)"))
+        scene.gate.wait_line(f"refused a query: {said}")
+    assert scene.status().state == GateState.DISARMED
+    scene.ask(of_person(arm, "ada"), Arm(by="ada@lab (x)"))
+    scene.gate.wait_line("armed by ada@lab (x)")
+
+
+@pytest.mark.parametrize("key", ["**", "fl/**", "*/*/**"])
+def test_a_key_of_wildcards_alone_ends_no_gate(scene: Scene, key: str) -> None:
+    scene.meet_hal()
+    for message in (Heartbeat(claim_id=1), Arm(by="ada@lab (x)")):
+        scene.bus.publisher(key, type(message), Qos.HOT).put(message)
+    with pytest.raises(FairleadError):
+        scene.ask(key, Release(source=SOURCE, claim_id=1))
+    assert scene.status().state != GateState.ARMED, "it answers still"
 
 
 def test_a_second_state_of_a_tick_stops_and_names_two_hals(scene: Scene) -> None:

@@ -86,9 +86,10 @@ class SkillRunner:
             tasks=context.tasks,
         )
         self._subscribe_all()
-        context.queries.serve(keys.goal(source), self._on_goal, _GOAL_ANSWER_S)
-        context.queries.serve(keys.cancel(source), self._on_cancel, _ANSWER_S)
-        context.queries.serve(keys.load(source), self._on_load, _GOAL_ANSWER_S)
+        people, serve = context.deployment.parties.people, context.queries.serve_command
+        serve(keys.goal(source), Goal, self._on_goal, _GOAL_ANSWER_S, people)
+        serve(keys.cancel(source), Cancel, self._on_cancel, _ANSWER_S, people)
+        serve(keys.load(source), Load, self._on_load, _GOAL_ANSWER_S, people)
         context.queries.serve(keys.feedback(source), self._on_status, _ANSWER_S)
         self._tasks.create_task(self._publish_feedback(), name="feedback")
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from fairlead.keys import Keys
+from fairlead.keys import Keys, of_person
 
 Role = Literal["hal", "safety", "state_assembler", "runner", "localiser", "operator"]
 Kind = Literal["published", "query", "token"]
 
 OPERATOR = "operator"
-"""Whose name the command line and all Python clients have."""
+"""Whose name the command line and all Python clients have that no person's certificate names."""
 
 DIAL_ORDER: Sequence[Role] = ("hal", "safety", "state_assembler", "runner")
 """A service dials those of the roles before its own, so that the HAL knows everybody by password:
@@ -36,6 +36,8 @@ class Row:
         readers: who subscribes, answers, or watches the token.
         own: which of them have the key in which ``*`` is their name; the operator has those of
             nobody's name.
+        person: a command; where a deployment lists people, each of them has a key of their own for
+            it, one chunk longer, and no tool the key itself.
     """
 
     key: str
@@ -43,6 +45,7 @@ class Row:
     writers: Sequence[Role]
     readers: Sequence[Role]
     own: Literal["", "writer", "reader"] = ""
+    person: bool = False
 
 
 SERVICES: Sequence[Role] = DIAL_ORDER
@@ -64,19 +67,19 @@ TABLE = (
     Row("safety/status", "published", ("safety",), ALL),
     Row("safety/status", "query", ASKERS, ("safety",)),
     Row("safety/stop", "published", ("hal", *HEARERS), ALL),
-    Row("safety/cmd/arm", "query", ("operator",), ("safety",)),
-    Row("safety/cmd/disarm", "query", ("operator",), ("safety",)),
-    Row("safety/cmd/reset", "query", ("operator",), ("safety",)),
-    Row("safety/cmd/claim/*", "query", ASKERS, ("safety",), own="writer"),
+    Row("safety/cmd/arm", "query", ("operator",), ("safety",), person=True),
+    Row("safety/cmd/disarm", "query", ("operator",), ("safety",), person=True),
+    Row("safety/cmd/reset", "query", ("operator",), ("safety",), person=True),
+    Row("safety/cmd/claim/*", "query", ASKERS, ("safety",), own="writer", person=True),
     Row("safety/cmd/release/*", "query", ASKERS, ("safety",), own="writer"),
     Row("hal/status", "published", ("hal",), ALL),
     Row("hal/status", "query", ("runner", *HEARERS), ("hal",)),
-    Row("hal/cmd/reset_episode", "query", ("operator",), ("hal",)),
+    Row("hal/cmd/reset_episode", "query", ("operator",), ("hal",), person=True),
     Row("hal/session/*", "token", ("hal",), ("hal",)),
     Row("task/state", "published", ("hal",), ASKERS),
-    Row("skill/*/goal", "query", ("operator",), ("runner",), own="reader"),
-    Row("skill/*/cancel", "query", ("operator",), ("runner",), own="reader"),
-    Row("skill/*/load", "query", ("operator",), ("runner",), own="reader"),
+    Row("skill/*/goal", "query", ("operator",), ("runner",), own="reader", person=True),
+    Row("skill/*/cancel", "query", ("operator",), ("runner",), own="reader", person=True),
+    Row("skill/*/load", "query", ("operator",), ("runner",), own="reader", person=True),
     Row("skill/*/feedback", "published", ("runner",), ("operator",), own="writer"),
     Row("skill/*/feedback", "query", ("operator",), ("runner",), own="reader"),
     Row("skill/*/heartbeat", "published", ASKERS, HEARERS, own="writer"),
@@ -92,11 +95,13 @@ class Parties:
     Attributes:
         services: those that are dialled, in the order of `DIAL_ORDER`.
         others: those that only dial.
+        people: those of them that are persons: operators of whom each has a name of their own.
     """
 
     keys: Keys
     services: Mapping[str, Role]
     others: Mapping[str, Role]
+    people: Sequence[str] = ()
 
     @property
     def names(self) -> list[str]:
@@ -151,13 +156,21 @@ def rights(parties: Parties) -> Iterator[Rights]:
         read = [name for name in parties.names if parties.role(name) in row.readers]
         owners: dict[str, list[str]] = {}
         for name in read if row.own == "reader" else write:
-            own = row.key.replace("*", name) if row.own and name != OPERATOR else row.key
+            is_own = row.own and parties.role(name) != "operator"
+            own = row.key.replace("*", name) if is_own else row.key
             owners.setdefault(own, []).append(name)
         for key, names in owners.items():
             both = (write, names) if row.own == "reader" else (names, read)
             heard = key if row.own == "reader" else row.key
-            but = [full(own) for own in owners if key == row.key != own]
-            yield Rights(full(key), row.kind, *both, full(row.key), full(heard), but)
+            but = [own for own in owners if key == row.key != own]
+            if row.person and parties.people and OPERATOR in both[0]:
+                family, heard = (full(of_person(one, "*")) for one in (row.key, heard))
+                for one in parties.people:
+                    mine, others = full(of_person(key, one)), [full(of_person(k, one)) for k in but]
+                    yield Rights(mine, row.kind, [one], both[1], family, heard, others)
+                continue
+            others = [full(own) for own in but]
+            yield Rights(full(key), row.kind, *both, full(row.key), full(heard), others)
 
 
 _MESSAGES: Mapping[Kind, tuple[tuple[str, ...], tuple[str, ...]]] = {

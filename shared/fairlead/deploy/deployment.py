@@ -18,7 +18,14 @@ from pydantic import (
 from fairlead.deploy.access import DIAL_ORDER, OPERATOR, Parties, Role, session_access
 from fairlead.deploy.certificates import COMMON_NAME_MAX, common_name
 from fairlead.deploy.credentials import find_secrets
-from fairlead.deploy.hosts import ROUTER, RouterSpec, endpoint_of, host_problems
+from fairlead.deploy.hosts import (
+    ROUTER,
+    RouterSpec,
+    endpoint_of,
+    host_problems,
+    people_problems,
+    service_problems,
+)
 from fairlead.deploy.routed_access import client_access
 from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceName, ServiceSpec
 from fairlead.errors import ConfigError, expected
@@ -53,6 +60,9 @@ class Deployment(BaseModel):
     )
     hosts: dict[str, str] = Field(default_factory=dict, description="address of each host")
     router: RouterSpec | None = None
+    people: tuple[str, ...] = Field(
+        default=(), description="who alone may command the robot, each with a certificate"
+    )
     services: dict[ServiceName, ServiceSpec]
 
     _file: Path | None = PrivateAttr(default=None)  # where it was read
@@ -81,48 +91,36 @@ class Deployment(BaseModel):
 
     @model_validator(mode="after")
     def _places_fit(self) -> Deployment:
-        problems = self._host_problems() if self.hosts or self.router else self._peer_problems()
+        taken = (*self.hosts, *self.services, self.localiser)
+        problems = self._host_problems() + people_problems(self.people, self.router, taken)
         if self.localiser in self.services:
             problems.append(
                 f"localiser: {self.localiser!r} is a service of this file; a localiser is a "
                 "process of your own, with a name of its own"
             )
         for name, owner in ((OPERATOR, "tools have"), (ROUTER, "the router itself has")):
-            if name in (*self.services, self.localiser):
-                place = "localiser" if name == self.localiser else f"services.{name}"
+            if name in (*self.services, *self.people, self.localiser):
+                places = {self.localiser: "localiser", **dict.fromkeys(self.people, "people")}
+                place = places.get(name, f"services.{name}")
                 problems.append(f"{place}: {owner} this name; give the process another one")
         if problems:
             raise ValueError("\n".join(problems))
         return self
 
-    def _peer_problems(self) -> list[str]:
-        problems = []
-        for name, spec in self.services.items():
-            if not spec.listen:
-                problems.append(f"services.{name}.listen: missing (or give hosts and a router)")
-            if spec.host:
-                problems.append(f"services.{name}.host: {spec.host!r}, but there are no hosts")
-        return problems
-
     def _host_problems(self) -> list[str]:
+        if not self.hosts and self.router is None:
+            return service_problems(self.services, ())
         if not self.hosts or self.router is None:
             missing = "hosts" if not self.hosts else "router"
             return [f"{missing}: missing; hosts and router go together"]
         problems = host_problems(self.hosts, self.router, not self.open_access)
-        problems += [
+        problems += service_problems(self.services, self.hosts)
+        names = dict.fromkeys(common_name(self.keys, name) for _, name in self.certified)
+        return problems + [
             f"{name}: longer than the {COMMON_NAME_MAX} signs that a certificate can name"
-            for name in dict.fromkeys(common_name(self.keys, name) for _, name in self.certified)
+            for name in names
             if len(name) > COMMON_NAME_MAX
         ]
-        for name, spec in self.services.items():
-            if spec.host not in self.hosts:
-                got = repr(spec.host) if spec.host else "none"
-                problems.append(expected(f"services.{name}.host", "a host", got, self.hosts))
-            if spec.listen:
-                problems.append(
-                    f"services.{name}.listen: clients of a router listen nowhere; leave it out"
-                )
-        return problems
 
     @property
     def keys(self) -> Keys:
@@ -141,19 +139,23 @@ class Deployment(BaseModel):
         """Everybody who may have a session, and what they are."""
         roles = {name: spec.role for name, spec in self.services.items()}
         ordered = sorted(roles, key=lambda name: DIAL_ORDER.index(roles[name]))
+        people = self.people if self.router is not None and not self.open_access else ()
         others: dict[str, Role] = {self.localiser: "localiser"} if self.localiser else {}
+        others |= dict.fromkeys((OPERATOR, *people), "operator")
         services = {name: roles[name] for name in ordered}
-        return Parties(self.keys, services, others | {OPERATOR: "operator"})
+        return Parties(self.keys, services, others, people)
 
     @property
     def certified(self) -> list[tuple[str, str]]:
-        """Host and name of everybody who has a certificate: whoever is on no host, on each."""
+        """Host and name of everybody who has a certificate: tools on each host, people on none."""
         if self.router is None or self.open_access:
             return []
+        people = self.parties.people
         return [
             (self.router.host, ROUTER),
             *((spec.host, name) for name, spec in self.services.items()),
-            *((host, name) for host in self.hosts for name in self.parties.others),
+            *((host, n) for host in self.hosts for n in self.parties.others if n not in people),
+            *((person, person) for person in people),
         ]
 
     def where(self, *place: int | str) -> str:

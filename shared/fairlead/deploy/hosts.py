@@ -1,12 +1,14 @@
-"""More than one host: the hosts' addresses, and the router that joins them."""
+"""More than one host: their addresses, the router that joins them, who and what is on them."""
 
 from __future__ import annotations
 
 import ipaddress
 import re
+from collections.abc import Collection, Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import expected
 
 ROUTER = "router"
@@ -51,6 +53,43 @@ def host_problems(hosts: dict[str, str], router: RouterSpec, certified: bool) ->
         other = owners.setdefault(address, name)
         if other != name:
             problems.append(f"hosts: {other} and {name} have the same address {address}")
+    return problems
+
+
+def service_problems(services: Mapping[str, ServiceSpec], hosts: Collection[str]) -> list[str]:
+    """What does not fit in where services are: on one of the hosts, or, without any, listening."""
+    problems = []
+    for name, spec in services.items():
+        if hosts and spec.host not in hosts:
+            got = repr(spec.host) if spec.host else "none"
+            problems.append(expected(f"services.{name}.host", "a host", got, hosts))
+        if hosts and spec.listen:
+            problems.append(
+                f"services.{name}.listen: clients of a router listen nowhere; leave it out"
+            )
+        if not hosts and not spec.listen:
+            problems.append(f"services.{name}.listen: missing (or give hosts and a router)")
+        if not hosts and spec.host:
+            problems.append(f"services.{name}.host: {spec.host!r}, but there are no hosts")
+    return problems
+
+
+def people_problems(
+    people: Sequence[str], router: RouterSpec | None, taken: Collection[str]
+) -> list[str]:
+    """What does not fit in a list of persons.
+
+    Args:
+        taken: names that a certificate, or its folder, has already.
+    """
+    if people and router is None:
+        return ["people: certificates prove them, which are for hosts and a router"]
+    problems = []
+    for place, name in enumerate(people):
+        if not _NAME.fullmatch(name):
+            problems.append(f"people: {name!r}: expected a name of a-z 0-9 _ -")
+        if name in taken or name in people[:place]:
+            problems.append(f"people: {name}: another has this name; each person needs an own one")
     return problems
 
 

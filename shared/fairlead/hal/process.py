@@ -22,6 +22,7 @@ from fairlead.hal.identity import (
     refuse_second_hal,
 )
 from fairlead.hal.plan_executor import MotionLog
+from fairlead.messages import ResetEpisode
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.service import ServiceContext, announce_ready, run_in_thread
 
@@ -119,7 +120,9 @@ def _tick(
         raise
     log.info("session %016x, %s, %s", session, deployment.pacing, what)
     key = deployment.keys.hal_command("reset_episode")
-    resets = context.queries.serve(key, host.resets.handle, RESET_S)
+    people, serve = deployment.parties.people, context.queries.serve_command
+    resets = serve(key, ResetEpisode, host.resets.handle, RESET_S, people)
     announce_ready(context)
     host.run(ending)
-    resets.undeclare()
+    for one in resets:
+        one.undeclare()

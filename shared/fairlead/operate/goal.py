@@ -123,14 +123,15 @@ class RunningGoal:
         """
         try:
             encode(request)  # what cannot be sent has not begun
+            key = self._services.command(self._services.keys.goal(self.runner))
             await self._services.wait_alive(self.runner)
             if self.is_over:
                 raise TransportError(f"left before {self.runner} was asked for the goal")
         except BaseException:
             self._be_over()
             raise
-        bus, key = self._services.bus, self._services.keys.goal(self.runner)
-        self._asking = asyncio.ensure_future(ask(bus, key, request, GoalAccepted, GOAL_TIMEOUT_S))
+        asking = ask(self._services.bus, key, request, GoalAccepted, GOAL_TIMEOUT_S)
+        self._asking = asyncio.ensure_future(asking)
         try:
             self._hearing.goal_id = (await asyncio.shield(self._asking)).goal_id
         except RefusedError:

@@ -120,10 +120,8 @@ class PartClaim:
                 mailbox.close()
 
     async def _take(self) -> ClaimReply:
-        keys = self._services.keys
-        return await self._services.ask(
-            self._services.gate, keys.claim(self._source), self._request, ClaimReply
-        )
+        key = self._services.command(self._services.keys.claim(self._source))
+        return await self._services.ask(self._services.gate, key, self._request, ClaimReply)
 
     async def _release(self) -> None:
         key = self._services.keys.release(self._source)

@@ -26,6 +26,7 @@ from fairlead.messages import (
     Verdict,
     decode,
 )
+from fairlead.operate.asker import own_endpoints
 from fairlead.operate.goal import RunningGoal
 from fairlead.operate.part_claim import PartClaim
 from fairlead.operate.protective_stop import NO_REASON, request_stop
@@ -61,9 +62,10 @@ class Robot(Services):
         """Join a robot's services; ``bus`` None opens a Zenoh session, which `close` closes.
 
         Raises:
+            ConfigError: FAIRLEAD_OPERATOR names nobody who could be meant here; no certificate.
             TransportError: if the session cannot be opened.
         """
-        opened = bus if bus is not None else await open_session(deployment.tool_endpoints())
+        opened = bus if bus is not None else await open_session(own_endpoints(deployment))
         robot = cls(deployment, opened, by)
         robot._owns_bus = bus is None
         return robot
@@ -154,8 +156,8 @@ class Robot(Services):
             RefusedError: the runner does not offer the skill.
         """
         chosen = choose_runner(self.deployment, skill, runner)
-        request = Load(skill=skill, by=self.by)
-        return await self.ask(chosen, self.keys.load(chosen), request, Done, GOAL_TIMEOUT_S)
+        key, request = self.command(self.keys.load(chosen)), Load(skill=skill, by=self.by)
+        return await self.ask(chosen, key, request, Done, GOAL_TIMEOUT_S)
 
     def claim(self, parts: Sequence[str], *, source: str, task: str = "") -> PartClaim:
         """Parts to hold in an ``async with`` block, and to command through the gate.

@@ -9,8 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import NoAnswerError
-from fairlead.keys import last_chunk
+from fairlead.errors import ConfigError, NoAnswerError
+from fairlead.keys import last_chunk, of_person
 from fairlead.messages import (
     Arm,
     ArmReply,
@@ -27,7 +27,7 @@ from fairlead.messages import (
     ResetEpisodeReply,
     StatusQuery,
 )
-from fairlead.operate.asker import asker
+from fairlead.operate.asker import OPERATOR_VARIABLE, asker, person_here
 from fairlead.operate.changes import Changes
 from fairlead.wire.bus import Bus
 from fairlead.wire.on_loop import Reply, ask, call_on
@@ -73,6 +73,7 @@ class Services:
         self.gate = deployment.only("safety")
         self.hal = deployment.hal
         self.by = asker(deployment, by)
+        self._person = person_here(deployment)
         self._loop = asyncio.get_running_loop()
         self._alive: frozenset[str] = frozenset()
         self._gone: Counter[str] = Counter()
@@ -159,20 +160,36 @@ class Services:
         """What the gate is doing and why."""
         return await self.ask(self.gate, self.keys.gate_status, StatusQuery(), GateStatus)
 
+    def command(self, key: str) -> str:
+        """The key on which this person gives a command.
+
+        Raises:
+            ConfigError: the deployment lists people, and no certificate of one is used here.
+        """
+        people = self.deployment.parties.people
+        if people and not self._person:
+            raise ConfigError(
+                f"deployment {self.deployment.id}: a command needs the certificate of one of "
+                f"{', '.join(people)}, and none is here, or several are and {OPERATOR_VARIABLE} "
+                "names none (docs/hosts.md)"
+            )
+        return of_person(key, self._person)
+
     async def arm(self) -> ArmReply:
         """Let claims be granted. `RefusedError` says what stands in the way."""
-        key = self.keys.gate_command("arm")
+        key = self.command(self.keys.gate_command("arm"))
         return await self.ask(self.gate, key, Arm(by=self.by), ArmReply)
 
     async def disarm(self) -> Done:
         """End every claim; the robot holds."""
-        key = self.keys.gate_command("disarm")
+        key = self.command(self.keys.gate_command("disarm"))
         return await self.ask(self.gate, key, Disarm(by=self.by), Done)
 
     async def reset(self, stop_or_latch_id: int) -> Done:
         """Acknowledge one stop or latch; leads to disarmed, never to motion."""
         request = Reset(by=self.by, id=stop_or_latch_id)
-        return await self.ask(self.gate, self.keys.gate_command("reset"), request, Done)
+        key = self.command(self.keys.gate_command("reset"))
+        return await self.ask(self.gate, key, request, Done)
 
     async def following_gate(self) -> GateStatus | None:
         """The gate's status, if it has left boot and has a state of the HAL that runs now."""
@@ -205,7 +222,8 @@ class Services:
 
     async def reset_episode(self, seed: int) -> ResetEpisodeReply:
         """Start a new simulated episode; refused unless disarmed."""
-        key, request = self.keys.hal_command("reset_episode"), ResetEpisode(seed=seed, by=self.by)
+        key = self.command(self.keys.hal_command("reset_episode"))
+        request = ResetEpisode(seed=seed, by=self.by)
         return await self.ask(self.hal, key, request, ResetEpisodeReply, EPISODE_TIMEOUT_S)
 
     async def goal_feedback(self, runner: str) -> GoalFeedback:
@@ -214,8 +232,8 @@ class Services:
 
     async def cancel(self, runner: str, goal_id: int) -> Done:
         """End a runner's goal as soon as possible; how it ended is in its feedback."""
-        request = Cancel(goal_id=goal_id, by=self.by)
-        return await self.ask(runner, self.keys.cancel(runner), request, Done)
+        key, request = self.command(self.keys.cancel(runner)), Cancel(goal_id=goal_id, by=self.by)
+        return await self.ask(runner, key, request, Done)
 
     async def ask(
         self,

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+import logging
+from collections.abc import Awaitable, Callable, Sequence
 from contextlib import suppress
 from typing import TypeVar
 
 from fairlead.errors import FairleadError, RefusedError
-from fairlead.messages import Message, decode
+from fairlead.keys import of_person, person_of
+from fairlead.messages import Cancel, Goal, Load, Message, ResetEpisode, decode
 from fairlead.wire.bus import Answer, Bus, Undeclare, no_answer
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.session import ZenohBus
 
+_LOG = logging.getLogger("query")
+
 Reply = TypeVar("Reply", bound=Message)
+Command = Goal | Cancel | Load | ResetEpisode
+"""What has ``by`` and is asked of Python services."""
 AsyncHandler = Callable[[bytes], Awaitable[Message]]
 """Gets the query's payload; returns the reply; raises `FairleadError` to refuse."""
 
@@ -97,6 +103,33 @@ class QueryTasks:
                 answer(self._ending)
 
         return self._bus.serve_later(key, self._who, on_query)
+
+    def serve_command(
+        self,
+        key: str,
+        kind: type[Command],
+        handler: AsyncHandler,
+        timeout_s: float,
+        people: Sequence[str],
+    ) -> list[Undeclare]:
+        """As `serve`; where there are people, on the key of each, of whom it then has to be."""
+        if not people:
+            return [self.serve(key, handler, timeout_s)]
+        return [
+            self.serve(of_person(key, one), self._only_of(one, kind, handler), timeout_s)
+            for one in people
+        ]
+
+    def _only_of(self, person: str, kind: type[Command], handler: AsyncHandler) -> AsyncHandler:
+        async def handle(payload: bytes) -> Message:
+            named = person_of(decode(kind, payload).by)
+            if named != person:
+                why = f"asked in the name of {named} on the key of {person}"
+                _LOG.warning("%s refused a query: %s", self._who, why)
+                raise RefusedError(self._who, why, "ask on the key of whoever asks")
+            return await handler(payload)
+
+        return handle
 
     async def _answer(
         self, handler: AsyncHandler, payload: bytes, timeout_s: float, answer: Answer

@@ -23,7 +23,7 @@ from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, expected
 
 Place = tuple[str, str]
-"""A host and who has a certificate there."""
+"""A host and who has a certificate there; of a person twice the name."""
 
 SIGNING_YEARS = 20
 _LEAKED = (
@@ -85,6 +85,11 @@ class Authority:
         return [place for place in every if any(_means(one, place) for one in wanted)]
 
     @property
+    def _folders(self) -> list[str]:
+        """Of each host, the router's first, and of each person."""
+        return list(dict.fromkeys(one for one, _ in self.deployment.certified))
+
+    @property
     def left(self) -> list[Place]:
         """Those with a signing key that the deployment file names no more."""
         stems = [file.stem for file in sorted(self._signing.glob(f"*{SUFFIX}"))]
@@ -96,8 +101,8 @@ class Authority:
         every = self.deployment.certified
         unsigned = [place for place in every if not self._signer(place).exists()]
         missing = [p for p in every if p in unsigned or not self._file(p).exists()]
-        hosts = [self.folder / host for host in self.deployment.hosts]
-        for folder in (self.folder.parent, self._signing, self.folder, *hosts):
+        folders = [self.folder / one for one in self._folders]
+        for folder in (self.folder.parent, self._signing, self.folder, *folders):
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self.revoke(self.left)
         for place in unsigned:
@@ -152,11 +157,10 @@ class Authority:
             if place not in without and self._signer(place).is_file():
                 found = x509.load_pem_x509_certificate(self._signer(place).read_bytes())
                 signers[place[1] == ROUTER] += _pem(found)
-        for host in (self.router[0], *self.deployment.hosts):
-            (self.folder / host).mkdir(mode=0o700, exist_ok=True)
+        for one in self._folders:
+            (self.folder / one).mkdir(mode=0o700, exist_ok=True)
+            write_private(self.folder / one / TRUSTED["connect"], signers[True])
         write_private(self.folder / self.router[0] / TRUSTED["listen"], signers[False])
-        for host in self.deployment.hosts:
-            write_private(self.folder / host / TRUSTED["connect"], signers[True])
 
     def _subject(self, place: Place, name: str) -> x509.Name:
         keys = self.deployment.keys

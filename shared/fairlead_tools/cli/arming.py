@@ -16,7 +16,7 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry, running_name
 from fairlead.errors import ConfigError, FairleadError, RefusedError
 from fairlead.messages import ArmReply, GateState, GateStatus
-from fairlead.operate.asker import OPERATOR_VARIABLE, check_person
+from fairlead.operate.asker import OPERATOR_VARIABLE, person_here
 from fairlead.operate.client import SEEN_S, RobotClient
 from fairlead.operate.connection import choose_file, connect, running_files
 from fairlead.operate.protective_stop import NO_REASON
@@ -120,11 +120,6 @@ def stop_command(
     stop: use the robot's own for that.
     """
     files = [deployment] if deployment is not None else running_files()
-    try:
-        check_person()
-    except ConfigError as error:  # no reason not to stop
-        del os.environ[OPERATOR_VARIABLE]
-        echo(f"WARNING {error}; stopping all the same", err=True)
     if not all(asyncio.run(_stop_all(files, reason))):
         raise typer.Exit(1)
 
@@ -143,6 +138,11 @@ async def _stop(file: Path, as_started: Path, reason: str) -> bool:
     stopped = False
     try:
         chosen = _load_as_started(as_started, file)
+        try:
+            person_here(chosen)
+        except ConfigError as error:  # no reason not to stop
+            os.environ.pop(OPERATOR_VARIABLE)
+            echo(f"WARNING {error}; stopping all the same", err=True)
         async with connect(chosen, by="fairlead") as robot:
             stop_id = hex_id(await robot.stop(reason))
             stopped = True

@@ -22,7 +22,9 @@ from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, 
 
 NamesArgument = Annotated[
     list[str] | None,
-    typer.Argument(metavar="[NAME]...", help="a host, a service or operator, or gpu/operator"),
+    typer.Argument(
+        metavar="[NAME]...", help="a host, a service, operator or person, or gpu/operator"
+    ),
 ]
 DaysOption = Annotated[int, typer.Option("--days", min=1, max=3650, help="how long they last")]
 DAYS = 365
@@ -84,7 +86,7 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
         print_json([dict(zip(("host", "name", "ends", "state"), row, strict=True)) for row in rows])
         return
     print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
-    marks = {trusted_mark(keys, host) for host in loaded.hosts} - {""}
+    marks = {trusted_mark(keys, one) for one, _ in certified(loaded)} - {""}
     echo(
         f"in {certificates_dir(keys)}; mark {', '.join(sorted(marks)) or 'none'}: the same on "
         "every host"
@@ -113,12 +115,16 @@ def _all_if_router(authority: Authority, places: list[Place], else_: list[Place]
 
 def _say_what_to_copy(authority: Authority, changed: Iterable[Place]) -> None:
     hosts = authority.deployment.hosts
-    for host in dict.fromkeys(host for host, _ in changed):
-        folder = authority.folder / host
-        echo(
-            f"host {host} needs, at the same place, the folder {folder}; if it is another machine:"
-        )
-        echo(f"  rsync -a --mkpath {folder}/ {hosts[host]}:{folder}/")
+    for one in dict.fromkeys(one for one, _ in changed):
+        folder = authority.folder / one
+        if one not in hosts:
+            echo(
+                f"{one} needs, in an account that nobody else uses, at the same place below its "
+                f"home, the folder {folder}: whoever can read it is {one}"
+            )
+            continue
+        echo(f"host {one} needs, at the same place, the folder {folder}; if it is another machine:")
+        echo(f"  rsync -a --mkpath {folder}/ {hosts[one]}:{folder}/")
 
 
 group = make_group(

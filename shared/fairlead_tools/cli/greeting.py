@@ -12,6 +12,7 @@ from fairlead.deploy.router_watch import open_patiently
 from fairlead.deploy.service_spec import EXTERNAL
 from fairlead.errors import FairleadError, TransportError
 from fairlead.messages import GateState, GateStatus
+from fairlead.operate.asker import own_endpoints
 from fairlead.operate.robot import Robot
 from fairlead_tools.cli.console import hex_id
 from fairlead_tools.cli.status import state_and_cause
@@ -93,7 +94,7 @@ async def wait_router(deployment: Deployment, say: Say) -> None:
             said.append(str(error))
             say("up", f"waiting: {error}")
 
-    bus = await open_patiently(deployment.tool_endpoints(), on_wait)
+    bus = await open_patiently(own_endpoints(deployment), on_wait)
     await asyncio.to_thread(bus.close)
     if said:
         say("up", f"router {deployment.router_endpoint} reached")

@@ -33,7 +33,7 @@ enum class EventKind : std::uint8_t {
 
 struct Event {
   EventKind kind = EventKind::timer;
-  std::string_view source;        // the source in the key, if it has one; else empty
+  std::string_view source;        // the source or person in the key, "source/person"; else empty
   Bytes payload;                  // as received; only read during the step
   std::uint64_t received_ns = 0;  // same clock as `now_ns`; a verdict's latency counts from here
   // G050: how long the step before took, until its outputs were sent; at most 4.29 s are told.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 #include "fairlead_safety/limits.hpp"
 #include "fairlead_safety/wire_fields.hpp"
@@ -87,6 +88,11 @@ struct Reset {
   std::uint64_t id = 0;
   FAIRLEAD_FIELDS(by, id)
 };
+
+/// The person in "ada@lab (fairlead run)"; it proves nothing by itself.
+inline std::string_view person_of(const Text& by) {
+  return by.view().substr(0, by.view().find_first_of(" @"));
+}
 
 /// A tighter limit for one claim; `name` as in the configuration's mode block.
 struct LimitOverride {

@@ -1,4 +1,4 @@
-// Claims and releases in another's name.
+// Queries in another's name.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace fairlead {
 
-/// What is wrong where a claim or release names another source than its key does, else "". Access
-/// control lets a service ask on its own key alone; the name in the message is its own word.
+/// What is wrong where a query names another source or person than its key does, else "". Access
+/// control lets everybody ask on their own key alone; the name in the message is their own word.
 std::string foreign_name(const Event& event);
 
 }  // namespace fairlead

@@ -90,9 +90,9 @@ void GateProcess::start(bool new_state) {
 
 void GateProcess::handle(const Event& event, Answer* answer) {
   if (event.kind == EventKind::candidate && !intake_.admits(event)) return;
-  if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
   if (const std::string foreign = foreign_name(event); !foreign.empty())
-    return refuse(answer, foreign.c_str(), "ask on the key of the source that asks");
+    return refuse(answer, foreign.c_str(), "ask on the key of whoever asks");
+  if (event.kind == EventKind::arm && !prepare_to_arm(answer)) return;
   if (event.kind == EventKind::claim) return handle_claim(event, answer);
   const std::lock_guard lock(mutex_);
   if (event.kind == EventKind::arm) step(Event{}, nullptr);  // due first: disarm when idle

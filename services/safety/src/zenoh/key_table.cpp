@@ -39,6 +39,4 @@ std::string KeyTable::key(std::string_view group, std::string_view last) const {
   return prefix_ + std::string(group) + "/" + std::string(last);
 }
 
-std::string_view last_chunk(std::string_view key) { return key.substr(key.rfind('/') + 1); }
-
 }  // namespace fairlead

@@ -29,7 +29,11 @@ class KeyTable {
   std::string gate_status() const { return key("safety/status"); }
   std::string stop() const { return key("safety/stop"); }
   std::string gate_command(std::string_view verb) const { return key("safety/cmd", verb); }
+  std::string gate_command_of_any(std::string_view verb) const {
+    return key("safety/cmd", verb) + "/*";
+  }
   std::string every_claim() const { return key("safety/cmd/claim/*"); }
+  std::string every_claim_of_any() const { return every_claim() + "/*"; }
   std::string every_release() const { return key("safety/cmd/release/*"); }
   std::string hal_status() const { return key("hal/status"); }
   std::string every_heartbeat() const { return key("skill/*/heartbeat"); }
@@ -44,8 +48,5 @@ class KeyTable {
 
 /// Whether a name is 1 to 64 of a-z 0-9 _ . - and starts with a letter or digit.
 bool is_key_chunk(std::string_view name);
-
-/// The last chunk of a key: the source it is about.
-std::string_view last_chunk(std::string_view key);
 
 }  // namespace fairlead

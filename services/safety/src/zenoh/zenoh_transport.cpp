@@ -60,19 +60,12 @@ struct Inlet {
   const ZenohTransport::Handler* handler;
 };
 
-// The chunk of the key that names the source: the last one, or, in .../<source>/heartbeat, the
-// one before it; of other keys none.
-std::string_view source_in(EventKind kind, std::string_view key) {
-  switch (kind) {
-    case EventKind::candidate:
-    case EventKind::claim:
-    case EventKind::release:
-      return last_chunk(key);
-    case EventKind::heartbeat:
-      return last_chunk(key.substr(0, key.rfind('/')));
-    default:
-      return {};
-  }
+// What the inlet's wildcards stand for in a key: source, person, "source/person"; "**": all of it.
+std::string_view source_in(const Inlet& inlet, std::string_view key) {
+  const std::size_t begin = inlet.key.find('*');
+  if (begin == std::string::npos) return {};
+  const std::size_t behind = inlet.key.size() - inlet.key.rfind('*') - 1;
+  return key.size() < begin + behind ? key : key.substr(begin, key.size() - begin - behind);
 }
 
 std::string_view text_of(const z_loaned_keyexpr_t* key) {
@@ -86,7 +79,7 @@ void on_sample(z_loaned_sample_t* sample, void* context) {
   const Inlet& inlet = *static_cast<const Inlet*>(context);
   if (z_sample_kind(sample) != Z_SAMPLE_KIND_PUT) return;  // a delete says nothing to the gate
   if (inlet.kind == EventKind::lease && own_lease) return;
-  const std::string_view source = source_in(inlet.kind, text_of(z_sample_keyexpr(sample)));
+  const std::string_view source = source_in(inlet, text_of(z_sample_keyexpr(sample)));
   const std::uint64_t received_ns = monotonic_ns();
   const Bytes payload = received_frame.copy(z_sample_payload(sample));
   (*inlet.handler)({inlet.kind, source, payload, received_ns}, nullptr);
@@ -97,7 +90,7 @@ void on_query(z_loaned_query_t* query, void* context) {
   const Inlet& inlet = *static_cast<const Inlet*>(context);
   const std::uint64_t received_ns = monotonic_ns();
   const std::string_view asked = text_of(z_query_keyexpr(query));
-  const std::string_view source = source_in(inlet.kind, asked);
+  const std::string_view source = source_in(inlet, asked);
   const std::string key(source.empty() ? std::string_view(inlet.key) : asked);
   QueryAnswer answer(query, key);
   const Bytes payload = received_frame.copy(z_query_payload(query));
@@ -153,10 +146,11 @@ class ZenohTransport::Session {
     subscribe(EventKind::heartbeat, keys_.every_heartbeat());
     subscribe(EventKind::stop_level, keys_.stop());
     subscribe(EventKind::lease, keys_.lease());
-    answer(EventKind::arm, keys_.gate_command("arm"));
-    answer(EventKind::disarm, keys_.gate_command("disarm"));
-    answer(EventKind::reset, keys_.gate_command("reset"));
+    answer_commands(EventKind::arm, "arm");
+    answer_commands(EventKind::disarm, "disarm");
+    answer_commands(EventKind::reset, "reset");
     answer(EventKind::claim, keys_.every_claim());
+    answer(EventKind::claim, keys_.every_claim_of_any());
     answer(EventKind::release, keys_.every_release());
     answer(EventKind::status, keys_.gate_status());
   }
@@ -252,6 +246,12 @@ class ZenohTransport::Session {
       check(z_declare_queryable(get(), out, KeyView(key).get(), z_move(callback), nullptr),
             "answer " + key);
     });
+  }
+
+  // On the key that says nothing of who asks, and on each person's own.
+  void answer_commands(EventKind kind, std::string_view verb) {
+    answer(kind, keys_.gate_command(verb));
+    answer(kind, keys_.gate_command_of_any(verb));
   }
 
   // Members are destroyed from the last to the first: listeners, then publishers, then session.

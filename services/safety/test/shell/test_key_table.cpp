@@ -73,7 +73,7 @@ TEST_CASE("a robot id or namespace that cannot be a key chunk is refused by name
   CHECK(is_key_chunk("left.arm-2"));
 }
 
-TEST_CASE("the last chunk of a key is its source") {
-  CHECK(last_chunk("fl/panda/action/candidate/runner") == "runner");
-  CHECK(last_chunk("runner") == "runner");
+TEST_CASE("behind a command's key is a chunk for each person") {
+  CHECK(KeyTable("fl", "panda").gate_command_of_any("arm") == "fl/panda/safety/cmd/arm/*");
+  CHECK(KeyTable("fl", "panda").every_claim_of_any() == "fl/panda/safety/cmd/claim/*/*");
 }

@@ -10,11 +10,6 @@ constexpr std::uint64_t good_states_to_reset = 10;
 // A world that waits repeats its state every 100 ms.
 constexpr std::uint64_t lockstep_silence_ms = 500;
 
-// "ada@lab (fairlead)": whoever says so of themselves.
-std::string_view person_of(const Text& by) {
-  return by.view().substr(0, by.view().find_first_of(" @"));
-}
-
 }  // namespace
 
 template <class Message>
