@@ -243,11 +243,8 @@ class Deployment(BaseModel):
         All but a HAL that somebody else starts.
         """
         first = [ROUTER] if self.router is not None and self.router.host == host else []
-        here = [
-            name
-            for name, spec in self.services.items()
-            if spec.host == (host or "") and spec.run != EXTERNAL
-        ]
+        services = self.services.items()
+        here = [n for n, one in services if one.host == (host or "") and one.run != EXTERNAL]
         return first + here
 
     def with_host(self, service: str) -> str:
