@@ -74,7 +74,9 @@ def rows() -> list[tuple[str, str, str, str]]:
     brackets."""
     text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
     table = text.partition("## Keys")[2].partition("\n## ")[0]
-    assert "Tools may also read all that is published, and the tokens of" in table.replace("\n", " ")
+    assert "Tools may also read all that is published, and the tokens of" in table.replace(
+        "\n", " "
+    )
     found = re.findall(r"^\| `([^`]+)` \| (.+) \| (.+) \| (.+) \|$", table, re.M)
     return [(key, *row) for keys, *row in found for key in _spelt_out(re.sub("<[^>]+>", "*", keys))]
 
