@@ -9,6 +9,7 @@ import pytest
 import yaml
 from pyarrow import parquet
 
+from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.deployment import load_deployment
 from fairlead.paths import deployment_path, rskill_dir
 from fairlead.skill.manifest import load_skill
@@ -17,6 +18,7 @@ from fairlead_tools.learn.record import record
 from tests.cli.command import fairlead, fairlead_here
 
 SKILL, EXPERT, TICKS = "leaps-once", "oracle-counter-to-cabinet", 16
+SOURCE = "panda_mobile_sim"
 POLICY = """
 import numpy as np
 
@@ -48,10 +50,10 @@ def write_skill(folder: Path) -> None:
     (folder / SKILL / "policy.py").write_text(POLICY)
 
 
-def recorded(skill: str, folder: Path) -> Episode:
+def recorded(skill: str, folder: Path, source: str = SOURCE) -> Episode:
     out = folder / "data"
     words = ("dataset", "record", skill, "--seeds", "5", "--ticks", str(TICKS), "--deployed")
-    done = fairlead(*words, "--out", str(out), state=folder / "registry")
+    done = fairlead(*words, "--out", str(out), "-d", source, state=folder / "registry")
     assert done.returncode == 0, done.stdout + done.stderr
     (episode,) = episodes(out)
     return episode
@@ -87,14 +89,29 @@ def test_a_refused_row_is_told_from_those_the_gate_released(
 @pytest.mark.processes
 @pytest.mark.simulator
 @pytest.mark.timeout(300)
-def test_where_all_is_released_it_is_what_one_process_records_bit_for_bit(tmp_path: Path) -> None:
-    skill = load_skill(EXPERT)
-    one = recorded(skill.id, tmp_path)
-    deployment = load_deployment(deployment_path("panda_mobile_sim"))
+@pytest.mark.parametrize(
+    ("name", "source"),
+    [
+        (EXPERT, SOURCE),
+        pytest.param(
+            "bc-reach-cube", "ur5e_robosuite_cameras",
+            marks=pytest.mark.skipif(not CAN_RENDER, reason="no rendering library"),
+        ),
+    ],
+)  # fmt: skip
+def test_where_all_is_released_it_is_what_one_process_records_bit_for_bit(
+    tmp_path: Path, name: str, source: str
+) -> None:
+    skill = load_skill(name)
+    one = recorded(name, tmp_path, source)
+    deployment = load_deployment(deployment_path(source))
     [local] = record(deployment, skill, [5], 0.0, TICKS, lambda seed, tick: None)
     assert one.released.all()
-    for name in ("states", "rows", "acted"):
-        assert getattr(one, name).tobytes() == getattr(local, name).tobytes(), name
+    for array in ("states", "rows", "acted"):
+        assert getattr(one, array).tobytes() == getattr(local, array).tobytes(), array
+    assert one.pictures.keys() == local.pictures.keys() == skill.images.keys()
+    for eye, frames in local.pictures.items():
+        np.testing.assert_array_equal(one.pictures[eye], frames)
 
 
 @pytest.mark.parametrize("option", [("--noise", "0.1"), ("--expert", EXPERT)])
