@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +23,15 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.wire.endpoints import Endpoints
 
 ANSWER_S = 10.0
+STRANGERS: Mapping[str, Mapping[str, Any]] = {
+    "a default peer": {},
+    "a wrong password": {
+        "transport": {"auth": {"usrpwd": {"user": "operator", "password": "0" * 64}}}
+    },
+    "an unknown name": {
+        "transport": {"auth": {"usrpwd": {"user": "nobody", "password": "0" * 64}}}
+    },
+}
 
 
 class Passed(NamedTuple):

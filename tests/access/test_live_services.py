@@ -17,8 +17,7 @@ from bench.faults.live_stage import Changes, LiveStage, live_stage
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.frame_sender import FrameSender
 from tests.access.intruder import NOBODY, Found, Heard, Intruders, Said
-from tests.access.party import endpoints_of, every_key
-from tests.access.test_matrix import STRANGERS
+from tests.access.party import STRANGERS, endpoints_of, every_key
 from tests.access.walk import Table
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(240)]

@@ -14,7 +14,7 @@ from fairlead.paths import repo_root
 from fairlead.wire.endpoints import Endpoints
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.access.live_party import Found
-from tests.access.party import Party, Passed, endpoints_of, wildcards
+from tests.access.party import STRANGERS, Party, Passed, endpoints_of, wildcards
 from tests.access.walk import Walk, Walker
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
@@ -22,15 +22,6 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 Access = Literal["closed", "open"]
 
 SOURCE = repo_root() / "compose" / "panda_mobile_navigation.yaml"
-STRANGERS: Mapping[str, Mapping[str, Any]] = {
-    "a default peer": {},
-    "a wrong password": {
-        "transport": {"auth": {"usrpwd": {"user": "operator", "password": "0" * 64}}}
-    },
-    "an unknown name": {
-        "transport": {"auth": {"usrpwd": {"user": "nobody", "password": "0" * 64}}}
-    },
-}
 
 
 SERVICES = 5

@@ -24,7 +24,7 @@ from fairlead.errors import FairleadError
 from fairlead.wire.bus import Sample
 from fairlead.wire.endpoints import Endpoints
 from tests.access.party import endpoints_of
-from tests.access.test_fuzz import (
+from tests.access.spoiled import (
     STILL_RAD,
     check_all_go_on,
     measured,

@@ -80,6 +80,7 @@ def statistics(skill: SkillManifest, **changes: Any) -> dict[str, Any]:
         made[key] = {
             "names": list(names), "mean": low.tolist(), "std": spread.tolist(),
             "min": low.tolist(), "max": (low + spread).tolist(),
+            "q01": (low + 0.1 * spread).tolist(), "q99": (low + 0.8 * spread).tolist(),
         }  # fmt: skip
     return made | changes
 

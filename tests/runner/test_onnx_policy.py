@@ -100,6 +100,46 @@ def test_by_its_range_a_dimension_that_never_moved_becomes_minus_one(skills: Pat
     np.testing.assert_allclose(found, rows, rtol=1e-4, atol=1e-4)
 
 
+def test_quantiles_are_openpi_s_both_ways_also_of_a_dimension_that_never_moved(
+    skills: Path,
+) -> None:
+    """As its `Normalize` and `Unnormalize` write it: 1e-6 is added to every range."""
+    stats = statistics(install(skills, linear(WEIGHTS)))
+    state, action = stats["observation.state"], stats["action"]
+    state["q99"][3], action["q99"][10] = state["q01"][3], action["q01"][10]
+    skill = install(skills, linear(WEIGHTS), stats, "quantiles")
+    seen = SEEN.state.copy()
+    seen[3] = state["q01"][3] + 3e-7
+    q01, q99 = np.array(state["q01"]), np.array(state["q99"])
+    given = (seen - q01) / (q99 - q01 + 1e-6) * 2.0 - 1.0
+    np.testing.assert_allclose(given[3], -0.4)
+    rows = (given @ WEIGHTS).reshape(HORIZON, DIM)
+    q01, q99 = np.array(action["q01"]), np.array(action["q99"])
+    rows = (rows + 1.0) / 2.0 * (q99 - q01 + 1e-6) + q01
+    found = made(skill).infer(Observation(1, seen, ""))
+    np.testing.assert_allclose(found, rows, rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("damage", "text"),
+    [
+        ("crossed", "expected q99 of cartesian_delta[4] at least q01, "),
+        ("missing", "action.q01: expected 12 finite numbers, got none"),
+        ("infinite", "action.q99: expected 12 finite numbers, got "),
+    ],
+)
+def test_quantiles_that_are_none_are_refused(skills: Path, damage: str, text: str) -> None:
+    stats = statistics(install(skills, linear(WEIGHTS)))
+    action = stats["action"]
+    if damage == "crossed":
+        action["q99"][4] = action["q01"][4] - 0.1
+    elif damage == "missing":
+        del action["q01"]
+    else:
+        action["q99"][4] = float("inf")
+    assert text in refusal(install(skills, linear(WEIGHTS), stats, "quantiles"))
+
+
 def test_weights_in_another_file_are_refused_though_they_are_there(
     skills: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

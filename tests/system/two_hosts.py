@@ -8,7 +8,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -44,10 +44,16 @@ class TwoHosts:
         pacing: ``lockstep`` (with traces), or ``realtime``, with a HAL that computes no physics:
             a busy machine must not be taken for a cut link.
         zenohd: Zenoh's own router, in the place of ours; None for ours.
+        cameras: of the simulated robot; in lockstep only.
     """
 
     def __init__(
-        self, network: TwoNetworks, folder: Path, pacing: str, zenohd: Path | None = None
+        self,
+        network: TwoNetworks,
+        folder: Path,
+        pacing: str,
+        zenohd: Path | None = None,
+        cameras: Sequence[Mapping[str, object]] = (),
     ) -> None:
         self.network, self._folder, self._zenohd = network, folder, zenohd
         self._id = f"hosts{os.getpid()}"
@@ -59,6 +65,7 @@ class TwoHosts:
         else:
             for name in ("hal", "runner"):
                 content["services"][name]["options"]["trace"] = True
+            content["services"]["hal"]["options"]["cameras"] = list(cameras)
         for host in HOSTS:
             self._file(host).parent.mkdir(parents=True)
             self._file(host).write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
@@ -193,10 +200,14 @@ class TwoHosts:
 
 @contextmanager
 def two_hosts(
-    network: TwoNetworks, folder: Path, pacing: str, zenohd: Path | None = None
+    network: TwoNetworks,
+    folder: Path,
+    pacing: str,
+    zenohd: Path | None = None,
+    cameras: Sequence[Mapping[str, object]] = (),
 ) -> Iterator[TwoHosts]:
     """Both hosts, the one without the router first, until every service is there."""
-    hosts = TwoHosts(network, folder, pacing, zenohd)
+    hosts = TwoHosts(network, folder, pacing, zenohd, cameras)
     try:
         hosts.up("gpu")
         hosts.wait_printed("gpu", "waiting: router ")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
@@ -24,6 +25,9 @@ from fairlead_tools.cli.options import (
     parse_deployment,
 )
 from fairlead_tools.cli.skill import SkillArgument, installed_skill
+
+if TYPE_CHECKING:
+    from fairlead_tools.learn.record import Teacher
 
 DATASETS = Path("out/datasets")
 SOURCE, CLONED = "panda_mobile_sim", "oracle-counter-to-cabinet"
@@ -61,6 +65,12 @@ def record_command(
         float,
         typer.Option(min=0.0, max=1.0, help="share of the answers that the expert acts out"),
     ] = 1.0,
+    deployed: Annotated[
+        bool,
+        typer.Option(
+            "--deployed", help="through the services and the gate, in lockstep; logs in OUT-state"
+        ),
+    ] = False,
     deployment: Annotated[
         Path | None,
         typer.Option(
@@ -69,26 +79,27 @@ def record_command(
         ),
     ] = None,
 ) -> None:  # fmt: skip
-    """Record SKILL in simulated episodes, in one process: states, rows, what acted, success.
+    """Record SKILL in simulated episodes: states, rows, what acted, success.
 
-    No gate judges here; what it would refuse is recorded too. With --expert, what it would do is
-    recorded beside, and with --beta 1 it acts and SKILL only sees.
+    In one process no gate judges; what it would refuse is recorded too. With --deployed it does,
+    and of each row is recorded whether it was released. With --expert, what it would do is recorded
+    beside, and with --beta 1 it acts and SKILL only sees.
     """
     from fairlead_tools.learn.dataset import add, begin
-    from fairlead_tools.learn.record import Teacher, record
+    from fairlead_tools.learn.record import record
+    from fairlead_tools.learn.record_deployed import record_deployed
 
     if seeds is None and episodes is None:
         one_of = "--episodes N, --seeds FIRST:END or both"
         raise ConfigError(expected("dataset record", one_of, "neither"))
     wanted = parse_seeds(f"0:{episodes}" if seeds is None else seeds)[:episodes]
-    chosen = load_deployment(deployment or deployment_path(SOURCE))
+    source = deployment or deployment_path(SOURCE)
+    chosen = load_deployment(source)
     manifest = load_skill(installed_skill(skill))
     out = out or DATASETS / manifest.id
     Admission(manifest, load_robot(chosen.robot)).require()
-    if beta != 1.0 and expert is None:
-        raise ConfigError(expected("dataset record: --beta", "--expert SKILL with it", "none"))
-    teacher = Teacher(load_skill(installed_skill(expert)), beta) if expert else None
-    header = begin(out, manifest, chosen.robot, noise, expert or "")
+    teacher = _teacher(expert, beta, noise, deployed)
+    header = begin(out, manifest, chosen.robot, noise, expert or "", deployed=deployed)
     with ProgressLine() as line:
 
         def show(seed: int, tick: int) -> None:
@@ -97,10 +108,35 @@ def record_command(
             count = f"{len(done) + 1} of {len(wanted)}, {won} succeeded"
             line.show(f"seed {seed}, {count} | tick {tick}")
 
-        for episode in record(chosen, manifest, wanted, noise, ticks, show, teacher):
-            header = add(out, header, episode)
+        runs = (
+            record_deployed(
+                source, manifest, wanted, ticks, out.with_name(f"{out.name}-state"), show
+            )
+            if deployed
+            else record(chosen, manifest, wanted, noise, ticks, show, teacher)
+        )
+        with closing(runs):
+            for episode in runs:
+                header = add(out, header, episode)
     won = sum(one.succeeded for one in header.episodes)
     echo(f"{out}: {won} of {len(header.episodes)} episodes succeeded")
+
+
+def _teacher(expert: str | None, beta: float, noise: float, deployed: bool) -> Teacher | None:
+    """Of these options of dataset record.
+
+    Raises:
+        ConfigError: they do not go together.
+    """
+    from fairlead_tools.learn.record import Teacher
+
+    if beta != 1.0 and expert is None:
+        raise ConfigError(expected("dataset record: --beta", "--expert SKILL with it", "none"))
+    if deployed and (noise or expert):
+        wanted = "no --noise and no --expert: they are of one process"
+        got = "--noise" if noise else "--expert"
+        raise ConfigError(expected("dataset record: --deployed", wanted, got))
+    return Teacher(load_skill(installed_skill(expert)), beta) if expert else None
 
 
 @example("fairlead dataset show out/dataset")
@@ -112,11 +148,16 @@ def show_command(dataset: DatasetArgument, as_json: JsonOption = False) -> None:
     if as_json:
         print_json(msgspec.to_builtins(header))
         return
-    rows = [(one.seed, one.ticks, "yes" if one.succeeded else "no") for one in header.episodes]
-    print_table(("SEED", "TICKS", "SUCCEEDED"), rows)
+    rows = [
+        (one.seed, one.ticks, "-" if one.released is None else one.released,
+         "yes" if one.succeeded else "no")
+        for one in header.episodes
+    ]  # fmt: skip
+    print_table(("SEED", "TICKS", "RELEASED", "SUCCEEDED"), rows)
     echo(
         f"{header.skill} on {header.robot}, {header.layout} at {header.rate_hz:g} Hz, noise "
         f"{header.noise:g}: {len(rows)} episodes, {sum(row[1] for row in rows)} ticks"
+        + ("" if header.deployed else ", no gate judged them")
     )
 
 
@@ -128,7 +169,10 @@ def lerobot_command(
         bool, typer.Option("--failed", help="also episodes that did not succeed")
     ] = False,
 ) -> None:
-    """Write a dataset as a LeRobotDataset, format v3.0; its actions are what acted."""
+    """Write a dataset as a LeRobotDataset, format v3.0; its actions are what acted.
+
+    Of deployed episodes it also says in which ticks that was a released row.
+    """
     from fairlead_tools.learn.dataset import read_header
     from fairlead_tools.learn.lerobot_export import export_lerobot
 

@@ -3,7 +3,10 @@
 Numbers of one episode, a row for each control period: ``states`` float64 ``[T, n]``, the layout
 vector that the policy would be given; ``rows`` float32 ``[T, dim]``, what the policy said for it;
 ``acted`` float32 ``[T, dim]``, what the robot was given, after the slots' clips and thresholds and
-the noise that was asked for. Of a skill that sees pictures also, with the name of each,
+the noise that was asked for. Of a deployed episode also ``released`` bool ``[T]``: whether the
+gate released the row of that tick and all the skill's parts did it; where not, ``acted`` is what
+the robot was given to hold, and ``rows`` NaN where no answer reached that tick. Of a skill that
+sees pictures also, with the name of each,
 ``picture_<name>`` uint8 ``[T, height, width, 3]``, RGB, after the skill's transforms. Where an
 expert was asked, ``labels`` float32 ``[T, H, dim]``, its answer in each of those states.
 """
@@ -30,6 +33,7 @@ FILE = "dataset.json"
 _ARRAYS = ("states", "rows", "acted")
 _PICTURE = "picture_"
 NO_LABELS: npt.NDArray[np.float32] = np.zeros((0, 0, 0), np.float32)
+NO_GATE: npt.NDArray[np.bool_] = np.zeros(0, np.bool_)
 
 
 @dataclass(frozen=True)
@@ -43,14 +47,16 @@ class Episode:
     acted: npt.NDArray[np.float32]
     pictures: Mapping[str, npt.NDArray[np.uint8]] = field(default_factory=dict)
     labels: npt.NDArray[np.float32] = field(default_factory=NO_LABELS.copy)
+    released: npt.NDArray[np.bool_] = field(default_factory=NO_GATE.copy)
 
 
 class Told(msgspec.Struct, frozen=True):
-    """One episode as `FILE` lists it."""
+    """One episode as `FILE` lists it; released: ticks whose row was, None without a gate."""
 
     seed: int
     ticks: int
     succeeded: bool
+    released: int | None = None
 
 
 class Header(msgspec.Struct, frozen=True):
@@ -59,7 +65,7 @@ class Header(msgspec.Struct, frozen=True):
     skill_hash: SHA-256 of the skill's manifest, in hexadecimal digits. noise: largest standard
     deviation of what was added to a number of a row, as a share of its full scale.
     expert: that was asked; "" for none.
-    pictures: their names.
+    pictures: their names. deployed: through the services, and judged by the gate.
     meaning: what the skill's manifest said of all these numbers, as `learn.meaning` has it.
     """
 
@@ -72,11 +78,20 @@ class Header(msgspec.Struct, frozen=True):
     noise: float
     expert: str = ""
     pictures: tuple[str, ...] = ()
+    deployed: bool = False
     episodes: tuple[Told, ...] = ()
     meaning: dict[str, Any] = {}
 
 
-def begin(folder: Path, skill: SkillManifest, robot: str, noise: float, expert: str = "") -> Header:
+def begin(
+    folder: Path,
+    skill: SkillManifest,
+    robot: str,
+    noise: float,
+    expert: str = "",
+    *,
+    deployed: bool = False,
+) -> Header:
     """A new dataset without episodes.
 
     Raises:
@@ -88,7 +103,7 @@ def begin(folder: Path, skill: SkillManifest, robot: str, noise: float, expert: 
     folder.mkdir(parents=True, exist_ok=True)
     header = Header(
         skill.id, skill.skill_hash.hex(), robot, skill.state_contract.layout_name, skill.prompt,
-        skill.rate_hz, noise, expert, tuple(skill.images), meaning=meaning(skill),
+        skill.rate_hz, noise, expert, tuple(skill.images), deployed, meaning=meaning(skill),
     )  # fmt: skip
     _write(folder, header)
     return header
@@ -100,7 +115,8 @@ def add(folder: Path, header: Header, episode: Episode) -> Header:
     arrays |= {_PICTURE + name: frames for name, frames in episode.pictures.items()}
     save = np.savez_compressed if episode.pictures else np.savez
     save(_path(folder, episode.seed), **arrays)
-    told = Told(episode.seed, len(episode.states), episode.succeeded)
+    released = int(episode.released.sum()) if header.deployed else None
+    told = Told(episode.seed, len(episode.states), episode.succeeded, released)
     header = msgspec.structs.replace(header, episodes=(*header.episodes, told))
     _write(folder, header)
     return header
@@ -183,7 +199,8 @@ def _require_meaning(folder: Path, header: Header, who: str, wanted: dict[str, A
 
 
 def _names(header: Header) -> tuple[str, ...]:
-    return (*_ARRAYS, "labels") if header.expert else _ARRAYS
+    labels, released = ("labels",) * bool(header.expert), ("released",) * header.deployed
+    return (*_ARRAYS, *labels, *released)
 
 
 def _path(folder: Path, seed: int) -> Path:

@@ -58,6 +58,8 @@ class _Part:
 def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: bool) -> int:
     """Write the episodes that succeeded; actions are what acted. Returns how many.
 
+    Of deployed episodes the column ``released`` says where that is a hold, no row of the policy's.
+
     Args:
         skill: that was recorded; names its numbers.
         failed: write the others too.
@@ -121,6 +123,7 @@ def _columns(episode: Episode, index: int, before: int, rate_hz: float) -> Colum
     return {
         "observation.state": episode.states.astype(np.float32),
         "action": episode.acted,
+        **({"released": episode.released} if len(episode.released) else {}),
         "timestamp": (frames / rate_hz).astype(np.float32),
         "frame_index": frames,
         "episode_index": np.full(len(frames), index),
@@ -235,8 +238,9 @@ def _info(
         name: {"dtype": "image", "shape": list(one.shape), "names": ["height", "width", "channels"]}
         for name, one in whole.pictures.items()
     }
+    scalars = _SCALARS | ({"released": "bool"} if "released" in whole.columns else {})
     features |= {
-        name: {"dtype": kind, "shape": [1], "names": None} for name, kind in _SCALARS.items()
+        name: {"dtype": kind, "shape": [1], "names": None} for name, kind in scalars.items()
     }
     return {
         "codebase_version": VERSION, "robot_type": robot, "total_episodes": count,

@@ -6,7 +6,7 @@ is refused.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from traceback import print_exc
@@ -60,7 +60,7 @@ def record(
     most_ticks: int,
     on_tick: Callable[[int, int], None],
     teacher: Teacher | None = None,
-) -> Iterator[Episode]:
+) -> Generator[Episode, None, None]:
     """Run the skill once in a new episode of each seed.
 
     Args:

@@ -81,7 +81,7 @@ def deployed_episodes(
                     f"logs: {folder / 'logs'}"
                 )
             # The next goal's calls take the place of this one's.
-            calls = _written_calls(folder / "runner", progress.inferences)
+            calls = written_calls(folder / "runner", progress.inferences)
             ended.append((seed, reset, result, calls))
     found = []
     for seed, reset, result, calls in ended:
@@ -92,7 +92,7 @@ def deployed_episodes(
     return found
 
 
-def _written_calls(runner: Path, count: int) -> list[TraceRecord]:
+def written_calls(runner: Path, count: int) -> list[TraceRecord]:
     """A goal's policy calls, once the runner has written them all.
 
     Raises:
@@ -122,7 +122,7 @@ def read_episode(
         episode.observations.append(np.asarray(call.state, dtype="<f8").tobytes())
         episode.pictures.append(json.dumps(dict(call.pictures), sort_keys=True).encode())
         episode.actions.append(np.asarray(call.proposed, dtype="<f4").tobytes())
-    steps, motion = _by_tick(hal / "trace.jsonl"), _by_tick(hal / "motion.jsonl")
+    steps, motion = by_tick(hal / "trace.jsonl"), by_tick(hal / "motion.jsonl")
     for tick in ticks:
         if tick not in steps or tick not in motion:
             raise ServiceError(f"parity: the HAL's trace has no tick {tick}; see {hal}")
@@ -138,6 +138,7 @@ def _calls(runner: Path) -> list[TraceRecord]:
     return list(read_trace(runner / "trace.jsonl"))
 
 
-def _by_tick(file: Path) -> dict[int, dict[str, Any]]:
+def by_tick(file: Path) -> dict[int, dict[str, Any]]:
+    """A HAL's ``trace.jsonl`` or ``motion.jsonl``, the last line of each tick."""
     lines = file.read_text(encoding="ascii").splitlines()
     return {line["tick"]: line for line in map(json.loads, lines)}

@@ -22,6 +22,13 @@ from fairlead.skill.manifest import SkillManifest
 
 WHO = "onnx policy"
 _EPSILON = 1e-8  # LeRobot's, below a spread of 0
+_QUANTILE_EPSILON = 1e-6  # openpi's, in each spread and both ways
+Form = Literal["mean_std", "min_max", "quantiles"]
+_PAIRS: dict[Form, tuple[str, str]] = {
+    "mean_std": ("mean", "std"),
+    "min_max": ("min", "max"),
+    "quantiles": ("q01", "q99"),
+}
 
 
 class HashedFile(BaseModel):
@@ -52,11 +59,12 @@ class HashedFile(BaseModel):
 class Statistics(HashedFile):
     """How the training's statistics normalise.
 
-    form: ``mean_std``: (x - mean) / std; ``min_max``: min to -1 and max to 1. A dimension that
-        never moved becomes 0 by the first, -1 by the second, as in LeRobot.
+    form: ``mean_std``: (x - mean) / std; ``min_max``: min to -1 and max to 1; ``quantiles``: q01 to
+        -1 and q99 to 1, as in openpi. A dimension that never moved becomes 0 by the first and -1 by
+        the others, as in LeRobot and openpi.
     """
 
-    form: Literal["mean_std", "min_max"]
+    form: Form
 
 
 class _Block(BaseModel):
@@ -69,13 +77,15 @@ class _Block(BaseModel):
     std: tuple[float, ...] = ()
     min: tuple[float, ...] = ()
     max: tuple[float, ...] = ()
+    q01: tuple[float, ...] = ()
+    q99: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class Normaliser:
     """``normalised = (value - start) / divisor + shift``, as LeRobot has it; float64 ``[dim]``.
 
-    spread: what the way back multiplies by: the divisor before anything was added to it.
+    spread: what the way back multiplies by: the divisor, of ``mean_std`` before anything was added.
     """
 
     start: FloatArray
@@ -84,11 +94,17 @@ class Normaliser:
     shift: float
 
     @classmethod
-    def of(cls, form: Literal["mean_std", "min_max"], one: FloatArray, other: FloatArray) -> Self:
-        """Of mean and standard deviation, or of least and most, each float64 ``[dim]``."""
+    def of(cls, form: Form, one: FloatArray, other: FloatArray) -> Self:
+        """Of mean and standard deviation, or of least and most, each float64 ``[dim]``.
+
+        Quantiles are taken as least and most.
+        """
         if form == "mean_std":
             return cls(one, other + _EPSILON, other, 0.0)
-        range_ = np.where(other == one, _EPSILON, other - one)
+        if form == "quantiles":
+            range_ = other - one + _QUANTILE_EPSILON
+        else:
+            range_ = np.where(other == one, _EPSILON, other - one)
         return cls(one, range_ / 2, range_ / 2, -1.0)
 
     def normalised(self, values: FloatArray) -> FloatArray:
@@ -150,23 +166,19 @@ def read_normalisers(
     return state, action
 
 
-def _normaliser(
-    where: str, block: object, names: tuple[str, ...], form: Literal["mean_std", "min_max"]
-) -> Normaliser:
+def _normaliser(where: str, block: object, names: tuple[str, ...], form: Form) -> Normaliser:
     if not isinstance(block, dict):
         raise ConfigError(expected(where, "a map of names and statistics", type(block).__name__))
     read = checked_model(where, _Block, block)
     if read.names != names:
         raise ConfigError(expected(f"{where}.names", _listed(names), _listed(read.names)))
-    pairs = {"mean_std": ("mean", "std"), "min_max": ("min", "max")}
-    first, second = (
-        _numbers(f"{where}.{key}", getattr(read, key), len(names)) for key in pairs[form]
-    )
+    pair = _PAIRS[form]
+    first, second = (_numbers(f"{where}.{key}", getattr(read, key), len(names)) for key in pair)
     below = second if form == "mean_std" else second - first
     if (below < 0).any():
         index = int(np.argmin(below))
-        least = "0" if form == "mean_std" else f"min, {first[index]:g}"
-        what = f"{pairs[form][1]} of {names[index]} at least {least}"
+        least = "0" if form == "mean_std" else f"{pair[0]}, {first[index]:g}"
+        what = f"{pair[1]} of {names[index]} at least {least}"
         raise ConfigError(expected(where, what, f"{second[index]:g}"))
     return Normaliser.of(form, first, second)
 
