@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -20,7 +21,7 @@ from fairlead_tools.cli.options import (
     make_group,
 )
 from fairlead_tools.deploy.all_hosts import ask_host, compare
-from fairlead_tools.deploy.containers import compose_file
+from fairlead_tools.deploy.containers import compose_file, router_compose_file
 from fairlead_tools.deploy.host_report import HostReport, report_this
 from fairlead_tools.deploy.systemd_units import router_unit, systemd_units
 
@@ -103,10 +104,8 @@ def units_command(
         loaded, host = _on_host(deployments[0], host)
         leave_out = left_out(loaded, without)
         units = systemd_units(deployments[0], loaded, host, user, leave_out)
-    elif host or without:
-        raise ConfigError("--host, --without: expected one file with them, got several")
     else:
-        units = router_unit(deployments, [load_deployment(file) for file in deployments], user)
+        units = router_unit(deployments, _sharing(deployments, host, without), user)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in units.items():
         (out / name).write_text(text, encoding="utf-8")
@@ -118,7 +117,7 @@ def units_command(
 
 @example("fairlead deploy containers ./panda_mobile_two_hosts.yaml --host robot --out containers")
 def containers_command(
-    deployment: DeploymentArgument,
+    deployments: DeploymentsArgument,
     out: Annotated[Path, typer.Option(help="folder for compose.yaml; it is made")],
     host: HostOption = None,
     image: Annotated[
@@ -126,13 +125,32 @@ def containers_command(
     ] = "localhost/fairlead",
     without: WithoutOption = None,
 ) -> None:
-    """Write a compose file: each process of a host in a container of its own, with few rights."""
-    loaded, host = _on_host(deployment, host)
-    text = compose_file(deployment, loaded, host, image, left_out(loaded, without))
+    """Write a compose file: each process of a host in a container of its own, with few rights.
+
+    Several files: that of the router that these robots share.
+    """
+    if len(deployments) == 1:
+        loaded, host = _on_host(deployments[0], host)
+        text = compose_file(deployments[0], loaded, host, image, left_out(loaded, without))
+    else:
+        text = router_compose_file(deployments, _sharing(deployments, host, without), image)
     (out / "state").mkdir(parents=True, exist_ok=True, mode=0o700)
     (out / "compose.yaml").write_text(text, encoding="utf-8")
     echo(str(out / "compose.yaml"))
     echo("how to start it is said at its beginning")
+
+
+def _sharing(
+    files: Sequence[Path], host: str | None, without: Sequence[str] | None
+) -> list[Deployment]:
+    """Deployments whose router is meant, and nothing else of them.
+
+    Raises:
+        ConfigError: options that are of one file.
+    """
+    if host or without:
+        raise ConfigError("--host, --without: expected one file with them, got several")
+    return [load_deployment(file) for file in files]
 
 
 def _on_host(file: Path, host: str | None) -> tuple[Deployment, str | None]:
