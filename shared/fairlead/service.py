@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from fairlead.deploy.access_warnings import warn_daily
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.deploy.service_manager import say_alive, say_ready
@@ -95,6 +96,7 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
         bus = await open_with_logging(endpoints, log)
         async with asyncio.TaskGroup() as tasks:
             tasks.create_task(say_alive())
+            tasks.create_task(warn_daily([deployment], log))
             if deployment.router is not None:
                 token = deployment.keys.alive(arguments.service)
                 await refuse_duplicate_service(arguments.service, bus, token)
