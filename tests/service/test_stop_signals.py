@@ -50,8 +50,10 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     yield run
     for process in started:
+        assert process.stdout is not None
         process.kill()
-        process.communicate()
+        process.wait()
+        process.stdout.close()
 
 
 def rest(process: subprocess.Popen[str]) -> str:
