@@ -12,7 +12,6 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import (
-    DeploymentArgument,
     DeploymentsArgument,
     JsonOption,
     WithoutOption,
@@ -20,7 +19,7 @@ from fairlead_tools.cli.options import (
     left_out,
     make_group,
 )
-from fairlead_tools.deploy.all_hosts import ask_host, compare
+from fairlead_tools.deploy.all_hosts import ask_host, compare, router_problems
 from fairlead_tools.deploy.containers import compose_file, router_compose_file
 from fairlead_tools.deploy.host_report import HostReport, report_this
 from fairlead_tools.deploy.systemd_units import router_unit, systemd_units
@@ -30,7 +29,7 @@ HostOption = Annotated[str | None, typer.Option(help="which host of the file, if
 
 @example("fairlead deploy check ./panda_mobile_two_hosts.yaml")
 def check_command(
-    deployment: DeploymentArgument,
+    deployments: DeploymentsArgument,
     host: Annotated[
         str | None, typer.Option(help="only this machine, as this host of the file")
     ] = None,
@@ -45,36 +44,43 @@ def check_command(
     """Find what is wrong on all hosts before anything starts; nothing is started or moved.
 
     Addresses, ports, certificates, versions, robots, skills, the gate's file. The file has the same
-    path on all hosts, which are asked by ssh; those that cannot be asked are a problem. Exits with
-    1 if there is one.
+    path on all hosts, which are asked by ssh; those that cannot be asked are a problem. Several
+    files: also whether these robots can share their routers. Exits with 1 if there is a problem.
     """
-    loaded = load_deployment(deployment)
-    _ = loaded.hal, loaded.only("safety")
-    problems: list[str] = []
-    if host is not None or not loaded.hosts:
-        reports = [report_this(deployment, loaded, host)]
-    else:
-        reports = []
-        with ProgressLine(quiet=as_json) as line:
-            for name in loaded.hosts:
-                line.show(f"asking host {name}")
-                try:
-                    reports.append(ask_host(deployment, loaded, name, reach, program))
-                except ServiceError as error:
-                    problems.append(str(error))
-        if reports:
-            problems += compare(loaded, reports)
+    every = [load_deployment(file) for file in deployments]
+    problems = list(router_problems(every))
+    reports: list[HostReport] = []
+    for file, loaded in zip(deployments, every, strict=True):
+        _ = loaded.hal, loaded.only("safety")
+        found: list[HostReport] = []
+        if host is not None or not loaded.hosts:
+            found = [report_this(file, loaded, host)]
+        else:
+            with ProgressLine(quiet=as_json) as line:
+                for name in loaded.hosts:
+                    line.show(f"asking host {name}")
+                    try:
+                        found.append(ask_host(file, loaded, name, reach, program))
+                    except ServiceError as error:
+                        problems.append(str(error))
+            if found:
+                problems += compare(loaded, found)
+        reports += found
+        if not as_json:
+            _say(loaded.id if len(every) > 1 else "", found)
     if as_json:
         print_json({"hosts": [one.model_dump() for one in reports], "problems": problems})
     else:
-        _say(reports, problems)
+        for text in problems:
+            echo(f"PROBLEM {text}")
     if problems or any(one.problems for one in reports):
         raise typer.Exit(1)
 
 
-def _say(reports: list[HostReport], problems: list[str]) -> None:
+def _say(robot: str, reports: list[HostReport]) -> None:
     for one in reports:
-        where = f"host {one.host}: " if one.host else ""
+        where = ", ".join(filter(None, (robot, one.host and f"host {one.host}")))
+        where = f"{where}: " if where else ""
         found = f"{len(one.problems)} problems" if one.problems else "ready to start"
         echo(
             f"{where}{found}: {', '.join(one.processes) or 'nothing runs here'}; fairlead "
@@ -84,8 +90,6 @@ def _say(reports: list[HostReport], problems: list[str]) -> None:
             echo(f"  {text}")
         for text in one.problems:
             echo(f"  PROBLEM {text}")
-    for text in problems:
-        echo(f"PROBLEM {text}")
 
 
 @example("fairlead deploy units ./panda_mobile_two_hosts.yaml --host robot --out units")
