@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from fairlead.deploy.access_warnings import warn_daily
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
-from fairlead.deploy.service_manager import say_alive, say_ready
+from fairlead.deploy.service_manager import Pulse, say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import FairleadError, each_error
 from fairlead.log_stamp import stamped
@@ -43,6 +44,8 @@ class ServiceContext:
             body has returned are cancelled.
         queries: answered by such tasks.
         started: `announce_ready` calls it; asked to end before, the process just ends.
+        pulse: of a thread without which the service does nothing: systemd is told whether it goes
+            on.
     """
 
     name: str
@@ -54,6 +57,7 @@ class ServiceContext:
     tasks: asyncio.TaskGroup
     queries: QueryTasks
     started: Callable[[], None]
+    pulse: Pulse
 
 
 Body = Callable[[ServiceContext], Awaitable[None]]
@@ -93,8 +97,10 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
         endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
         bus = await open_with_logging(endpoints, log)
+        pulse = Pulse()
         async with asyncio.TaskGroup() as tasks:
-            tasks.create_task(say_alive())
+            tasks.create_task(say_alive(pulse))
+            tasks.create_task(warn_daily([deployment], log))
             if deployment.router is not None:
                 token = deployment.keys.alive(arguments.service)
                 await refuse_duplicate_service(arguments.service, bus, token)
@@ -110,6 +116,7 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
                 tasks=tasks,
                 queries=QueryTasks(tasks, bus, arguments.service),
                 started=signals.started,
+                pulse=pulse,
             )
             await body(context)
             for task in asyncio.all_tasks() - {asyncio.current_task()}:

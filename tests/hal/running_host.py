@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 
 from bench.equipment.live_robot import wait_for
+from fairlead.deploy.service_manager import Pulse
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import Measurement, PartCommand
 from fairlead.hal.core import Pacing
@@ -96,6 +97,7 @@ class RunningHost:
         self.paused_ns = self.suspended_ns = 0
         self.frame_id = ""  # a test's that has the arm moved in a frame of its choice
         self.backend = FailingBackend()
+        self.pulse = Pulse()
         self.bus = MemoryBus()
         self.stops: list[StopLevel] = []
         self.bus.subscribe(KEYS.stop, self._on_stop)
@@ -110,6 +112,7 @@ class RunningHost:
             PausingLog(folder, self._pause_at),
             clock=lambda: time.monotonic_ns() + self.paused_ns,
             suspended=lambda: self.suspended_ns,
+            pulse=self.pulse,
         )
         self.pauses_at_rows = False
         self._stopping = threading.Event()

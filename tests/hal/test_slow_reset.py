@@ -55,6 +55,7 @@ class ResettingRobot:
         self.arms_at_reset = False
         self.said_at_reset: list[str] = []
         self.steps_at_reset = 0
+        self.goes_on_at_reset: list[bool] = []
         self._reset = running.backend.reset
         running.backend.reset = self._on_reset  # type: ignore[method-assign]
         answer_with_leases(running, lambda: self.gate)
@@ -62,6 +63,7 @@ class ResettingRobot:
     def _on_reset(self, seed: int) -> None:
         self.said_at_reset.append(self.running.status().state)
         self.steps_at_reset = len(self.running.backend.applied)
+        self.goes_on_at_reset = [self.running.pulse.goes_on() for _ in range(3)]
         self.gate = GateState.ARMED if self.arms_at_reset else self.gate
         self._reset(seed)
 
@@ -92,6 +94,15 @@ def test_the_status_says_resetting_before_the_backend_is_reset(robot: ResettingR
     assert reply.held_ticks >= 1
     assert robot.running.status().state == "ready"
     assert not robot.running.stops
+
+
+def test_a_reset_longer_than_systemd_s_watchdog_is_no_hanging_driver(robot: ResettingRobot) -> None:
+    robot.reset()
+    assert robot.goes_on_at_reset == [True] * 3
+    ticks = len(robot.running.states)
+    wait_until(lambda: len(robot.running.states) > ticks)
+    asked = [robot.running.pulse.goes_on() for _ in range(9)]
+    assert not all(asked), "it is asked more often than it beats"
 
 
 def test_a_gate_that_was_armed_meanwhile_keeps_its_episode(robot: ResettingRobot) -> None:

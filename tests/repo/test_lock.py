@@ -14,6 +14,10 @@ from tests.repo.tree import ROOT
 
 LOCK = (ROOT / "requirements.lock").read_text()
 RUN_LOCK = (ROOT / "requirements-run.lock").read_text()
+LOCKS = [
+    "requirements.lock", "requirements-run.lock", "tests/peers/requirements.lock",
+    "scripts/audit.lock", "scripts/uv.lock",
+]  # fmt: skip
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 UNLOCKED = "train-pictures"
 """The one extra that no lock has: jax is 400 MB."""
@@ -52,12 +56,27 @@ def test_what_a_wheel_is_installed_with_is_the_part_of_the_lock_that_runs_it() -
     assert not {"ruff", "mypy", "hatchling"} & set(run)
 
 
-@pytest.mark.parametrize("lock", [LOCK, RUN_LOCK], ids=["requirements", "requirements-run"])
-def test_every_locked_package_has_hashes(lock: str) -> None:
-    blocks = re.split(r"\n(?=\S)", lock)
-    bare = [b.split(" ")[0] for b in blocks if "==" in b and "--hash=sha256:" not in b]
-    assert bare == []
+@pytest.mark.parametrize("path", LOCKS)
+def test_every_locked_package_has_hashes(path: str) -> None:
+    blocks = re.split(r"\n(?=\S)", (ROOT / path).read_text())
+    pinned = [block for block in blocks if "==" in block]
+    assert pinned and [b.split(" ")[0] for b in pinned if "--hash=sha256:" not in b] == []
 
 
-def test_the_lock_file_names_no_registry() -> None:
-    assert re.findall(r"https?:|index-url|find-links", LOCK + RUN_LOCK) == []
+@pytest.mark.parametrize("path", LOCKS)
+def test_the_lock_file_names_no_registry(path: str) -> None:
+    assert re.findall(r"https?:|index-url|find-links", (ROOT / path).read_text()) == []
+
+
+@pytest.mark.parametrize("path", [path for path in LOCKS if path != "requirements-run.lock"])
+def test_each_lock_is_asked_about_advisories(path: str) -> None:
+    """But for the part of another."""
+    assert path in re.split(r"[\s;]+", (ROOT / "scripts/audit").read_text())
+
+
+@pytest.mark.parametrize("path", ["scripts/audit", "scripts/peers", "scripts/setup", "scripts/uv"])
+def test_a_script_installs_nothing_from_a_registry_without_hashes(path: str) -> None:
+    text = (ROOT / path).read_text().replace("\\\n", " ")
+    installs = re.findall(r"^.*pip (?:install|sync) .*$", text, re.M)
+    assert installs
+    assert [one for one in installs if not re.search("--require-hashes|--no-deps", one)] == []

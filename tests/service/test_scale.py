@@ -31,7 +31,7 @@ def window(robots: int, running_ms: float, late_ms: int = 0) -> Window:
     """A second of robots that tick on time but for one tick."""
     stamps = [SECOND_NS + number * PERIOD_NS for number in range(50)]
     stamps[25] += late_ms * MS
-    ticks = [Tick(stamp, stamp - 19 * MS, moves=number > 4) for number, stamp in enumerate(stamps)]
+    ticks = [Tick(stamp, stamp - 19 * MS, moves=number > 1) for number, stamp in enumerate(stamps)]
     groups = {"robots": Spent(running_ms, 0, 80 * robots), "router": Spent(running_ms / 4, 0, 50)}
     spent = Spending(SECOND_NS, 2 * SECOND_NS, groups, busy=0.5)
     return Window(spent, [ticks] * robots)
@@ -40,7 +40,7 @@ def window(robots: int, running_ms: float, late_ms: int = 0) -> Window:
 def test_a_robot_s_processor_time_is_of_a_tick_and_has_its_share_of_the_router() -> None:
     one = found("fairlead", [window(2, running_ms=400)])
     assert (one.cpu_ms, one.router_ms, one.memory_mb) == (5.0, 1.0, (80, 50))
-    assert (one.lost, one.held, one.lease_ms[0]) == (0.0, 0.1, 1.0)
+    assert (one.lost, one.held, one.lease_ms[0]) == (0.0, 0.04, 1.0)
     late = found("fairlead", [window(1, running_ms=100, late_ms=7)])
     assert (one.error_ms, late.error_ms) == ((0, 0), (0, 7))
 
@@ -58,7 +58,24 @@ def test_a_missed_aim_is_of_the_most_robots_and_the_fewest() -> None:
     lines = table(every, {(32, "dora-rs"): "did not start"}).splitlines()
     assert lines[-1] == "| 32 | dora-rs | did not start | | | | |"
     assert {line.count("|") for line in lines} == {8}
-    assert lines[-2] == "| 32 | fairlead | 3.00, 1.20 | 5.00, 5.0 | 19.00 | 0.0%, 10.0% | 50% |"
+    assert lines[-2] == "| 32 | fairlead | 3.00, 1.20 | 5.00, 5.0 | 19.00 | 0.0%, 4.0% | 50% |"
+
+
+@pytest.mark.parametrize("idle", [{"held": 1.0}, {"lost": 0.06}, {"held": 0.05}], ids=str)
+def test_robots_that_stand_still_are_not_carried_however_little_they_cost(
+    idle: dict[str, float],
+) -> None:
+    few: Found = found("fairlead", [window(1, running_ms=100)])
+    few = replace(few, error_ms=(0.0, 1.0))
+    many = replace(few, robots=32, cpu_ms=few.cpu_ms * 0.24)
+    many = replace(many, held=idle.get("held", 0.0), lost=idle.get("lost", 0.0))
+    carried = idle == {"held": 0.05}
+    assert ["32 robots, fairlead: not carried: " in text for text in misses([few, many])] == (
+        [] if carried else [True]
+    )
+    assert table([few, many], {}).splitlines()[-1].count("not carried") == (0 if carried else 2)
+    other = replace(many, way="dora-rs")
+    assert misses([few, other]) == []
 
 
 def test_each_input_of_a_node_is_another_s_output_or_a_timer() -> None:

@@ -50,8 +50,10 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     yield run
     for process in started:
+        assert process.stdout is not None
         process.kill()
-        process.communicate()
+        process.wait()
+        process.stdout.close()
 
 
 def rest(process: subprocess.Popen[str]) -> str:
@@ -96,6 +98,17 @@ def test_a_service_asked_to_stop_while_it_starts_ends_at_once_and_says_so(start:
     output = rest(process)
     assert process.returncode == 0
     assert output.endswith("Z INFO stubborn: asked to end while starting\n")
+
+
+@pytest.mark.parametrize(("mode", "code"), [("starting", 0), ("deaf", 1)])
+def test_a_service_whose_output_nobody_reads_any_more_ends_too(
+    start: Start, mode: str, code: int
+) -> None:
+    process = start(mode)
+    assert process.stdout is not None
+    process.stdout.close()
+    process.terminate()
+    assert process.wait(timeout=10) == code
 
 
 def test_a_task_that_fails_ends_its_service_with_one_line_that_says_why(start: Start) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -17,6 +18,7 @@ from fairlead.paths import deployment_path, repo_root
 from fairlead_tools.deploy.containers import FILE, HOME
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.command import TIMEOUT_S, fairlead, fairlead_command
+from tests.supervisor.two_hosts_file import content as two_hosts
 
 pytestmark = pytest.mark.processes
 
@@ -71,6 +73,43 @@ def test_podman_would_start_each_process_of_the_host_with_few_rights(tmp_path: P
         ):  # fmt: skip
             assert word in line, line
         assert "--pod" not in line
+
+
+NAMES = {  # robot and namespace; ":" and "." may be in no project's name
+    "two namespaces": (("arm", "fl"), ("arm", "lab")),
+    "a hyphen that is no border": (("lab-arm", "fl"), ("arm", "lab")),
+    "a dot": (("arm.1", "fl"), ("arm-1", "fl")),
+}
+
+
+@pytest.mark.parametrize("case", NAMES)
+def test_no_two_robots_have_a_project_of_one_name(case: str, tmp_path: Path) -> None:
+    projects = []
+    for number, (robot, namespace) in enumerate(NAMES[case]):
+        spec = yaml.safe_load(deployment_path("panda_mujoco").read_text(encoding="utf-8"))
+        file = tmp_path / f"{number}.yaml"
+        file.write_text(yaml.safe_dump(spec | {"id": robot, "namespace": namespace}))
+        projects.append(written(tmp_path / str(number), str(file))["name"])
+    assert projects[0] != projects[1]
+    assert all(re.fullmatch(r"[a-z0-9][a-z0-9_-]*", name) for name in projects), projects
+
+
+def test_a_router_that_robots_share_has_a_compose_file_of_its_own(tmp_path: Path) -> None:
+    files = [tmp_path / "left.yaml", tmp_path / "right.yaml"]
+    for number, file in enumerate(files):
+        router = {"host": "robot", "port": 7400 + number}
+        file.write_text(yaml.safe_dump(two_hosts(id=file.stem, router=router)))
+    content = written(tmp_path, *map(str, files))
+    assert content["name"] == "fairlead-router"
+    [router] = content["services"].values()
+    inside = ["/etc/fairlead/robot1.yaml", "/etc/fairlead/robot2.yaml"]
+    assert router["command"] == ["router", *inside]
+    mounts = [f"{file}:{path}:ro" for file, path in zip(files, inside, strict=True)]
+    assert router["volumes"] == [*mounts, f"./state:{HOME}"]
+    words = ["deploy", "containers", *map(str, [*files, files[0]]), "--out", str(tmp_path / "no")]
+    done = fairlead(*words, state=tmp_path)
+    assert done.returncode == 1 and not (tmp_path / "no").exists()
+    assert "router: left and left have the same id; each robot needs its own" in done.stderr
 
 
 def test_a_host_has_to_be_named_and_a_user(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,10 +14,11 @@ import pytest
 import yaml
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.paths import repo_root
 from fairlead_tools.deploy.all_hosts import compare
 from fairlead_tools.deploy.host_report import HostReport
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
 from tests.supervisor.two_hosts_file import content
 from tests.system.two_networks import TwoNetworks, two_networks
 
@@ -122,6 +124,52 @@ def test_two_hosts_are_asked_and_each_mistake_is_said_with_its_fix(
             file.write_text(yaml.safe_dump(spec | {"hosts": nobody}), encoding="utf-8")
             code, reports, problems = check(network, file)
             assert code == 1 and "10.77.0.9 is none of this machine's" in reports["gpu"].problems[0]
+
+
+@pytest.mark.processes
+def test_a_robot_and_a_skill_that_one_of_two_hosts_has_otherwise_are_named(
+    tmp_path: Path,
+) -> None:
+    """Both are asked; the other one has a copy of robots and skills."""
+    other = tmp_path / "gpu"
+    for folder in ("robots", "rskills"):
+        shutil.copytree(repo_root() / folder, other / folder)
+    with two_networks() as network:
+        file = tmp_path / "two.yaml"
+        router = {"host": "robot", "port": free_ports(1)[0]}
+        spec = content(hosts=network.addresses, router=router, access="open")
+        file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+        root = f"FAIRLEAD_ROOT={other}"
+        reach = ["--reach", shlex.join([*network.on("gpu"), "env", root, "ASKED_AT={address}"])]
+        code, _, problems = check(network, file, *reach)
+        assert (code, problems) == (0, [])
+        for changed, old, new in (
+            ("robots/panda_mobile/robot.yaml", "control_period_ms: 50", "control_period_ms: 40"),
+            ("rskills/go-to/rskill.yaml", "version: 0.1.0", "version: 0.1.1"),
+        ):
+            text = (other / changed).read_text(encoding="utf-8")
+            assert old in text
+            (other / changed).write_text(text.replace(old, new), encoding="utf-8")
+        code, _, problems = check(network, file, *reach)
+        assert code == 1
+        assert any("have different robots panda_mobile: copy robots/" in one for one in problems)
+        assert any(one.startswith("skill go-to is ") for one in problems), problems
+
+
+@pytest.mark.parametrize(
+    ("robot", "port", "wrong"), [("left", 7448, "id"), ("right", 7447, "router.port"), ("r", 1, "")]
+)
+def test_several_files_find_robots_that_cannot_share_their_router(
+    robot: str, port: int, wrong: str, tmp_path: Path
+) -> None:
+    files = [tmp_path / "one.yaml", tmp_path / "other.yaml"]
+    for file, (name, number) in zip(files, (("left", 7447), (robot, port)), strict=True):
+        spec = content(access="open", id=name, router={"host": "robot", "port": number})
+        file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+    done = fairlead_here("deploy", "check", *map(str, files), "--host", "gpu", state=tmp_path)
+    said = f"PROBLEM router: left and {robot} have the same {wrong}; each robot needs its own"
+    assert (said in done.stdout) == bool(wrong), done.stdout + done.stderr
+    assert [f"{name}, host gpu: " in done.stdout for name in ("left", robot)] == [True] * 2
 
 
 @pytest.mark.processes

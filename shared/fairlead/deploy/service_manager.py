@@ -17,13 +17,38 @@ def say_ready() -> None:
     _tell(b"READY=1")
 
 
-async def say_alive() -> None:
-    """Until it is cancelled: as long as this event loop runs, systemd does not end the process."""
+class Pulse:
+    """Whether a thread goes on whose standstill the service's event loop would not notice."""
+
+    def __init__(self) -> None:
+        self._rests = True
+        self._beat = False
+
+    def beat(self) -> None:
+        """It goes on, and soon says so again."""
+        self._beat, self._rests = True, False
+
+    def rest(self) -> None:
+        """What it does now may take long: nothing is expected until it beats again."""
+        self._rests = True
+
+    def goes_on(self) -> bool:
+        """Whether it rests, or has beaten since this was asked before."""
+        beat, self._beat = self._beat, False
+        return self._rests or beat
+
+
+async def say_alive(pulse: Pulse | None = None) -> None:
+    """Until it is cancelled: as long as this event loop and the pulse go on, systemd ends nothing.
+
+    Each is to go on within a quarter of the time that systemd waits.
+    """
     watchdog_us = os.environ.get("WATCHDOG_USEC", "")
     if not (watchdog_us.isascii() and watchdog_us.isdigit()) or int(watchdog_us) == 0:
         return
     while True:
-        _tell(b"WATCHDOG=1")
+        if pulse is None or pulse.goes_on():
+            _tell(b"WATCHDOG=1")
         await asyncio.sleep(int(watchdog_us) * 1e-6 / TIMES_PER_WATCHDOG)
 
 

@@ -46,15 +46,19 @@ class StopSignals:
 
     def _on_signal(self) -> None:
         if self._starting:  # a thread may be deep in a simulator's set-up; nothing moves yet
-            self._print("INFO", "asked to end while starting")
-            os._exit(0)
+            try:
+                self._print("INFO", "asked to end while starting")
+            finally:  # who reads it may be gone
+                os._exit(0)
         self.stopping.set()
         self.end_in_time()
 
     def _end(self) -> None:
-        faulthandler.dump_traceback(sys.stderr)  # where every thread hangs
-        self._print("ERROR", f"did not end within {END_S:g} s, ended")
-        os._exit(1)
+        try:
+            faulthandler.dump_traceback(sys.stderr)  # where every thread hangs
+            self._print("ERROR", f"did not end within {END_S:g} s, ended")
+        finally:
+            os._exit(1)
 
     def _print(self, level: str, text: str) -> None:
         """Not by logging, whose locks another thread may hold just now."""

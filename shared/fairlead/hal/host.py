@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from fairlead.deploy.service_manager import Pulse
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, CameraFeed, Measurement, TraceSource
 from fairlead.hal.core import HalCore, TickPlan, Wait
@@ -48,6 +49,7 @@ class HalHost:
         trace: shows the simulator's state, for a log that records traces.
         clock: monotonic nanoseconds.
         suspended: nanoseconds that no clock above counted.
+        pulse: beats in each tick and wait; while the backend resets, it rests.
 
     Attributes:
         resets: takes requests for a new episode.
@@ -67,6 +69,7 @@ class HalHost:
         trace: TraceSource | None = None,
         clock: Callable[[], int] = time.monotonic_ns,
         suspended: Callable[[], int] = suspended_ns,
+        pulse: Pulse | None = None,
     ) -> None:
         found = backend.describe()
         identity.check(found)
@@ -75,6 +78,7 @@ class HalHost:
         self._backend = backend
         self._log = log
         self._clock = clock
+        self._pulse = pulse or Pulse()
         self._suspended, self._suspended_ns = suspended, suspended()
         self._tick = 1
         self._fault = ""
@@ -209,6 +213,7 @@ class HalHost:
         try:
             if not self._core.read(lambda core: self.resets.may_begin(core, announced_ns, now_ns)):
                 return
+            self._pulse.rest()
             self._backend.reset(request.seed)
         except FairleadError as error:
             self._episode.abandon()
@@ -243,6 +248,7 @@ class HalHost:
 
     def _housekeep(self) -> None:
         """Repeat stops and post the status; cheap, once per tick or wait."""
+        self._pulse.beat()
         now_ns = self._clock()
         self._stops.raise_demanded()
         self._stops.repeat_due(now_ns)

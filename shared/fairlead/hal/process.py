@@ -113,7 +113,7 @@ def _tick(
             log.info(check_frames(robot, equipment.frames, here, context.name, stands="the start"))
         host = HalHost(
             settings, identity, equipment.backend, context.bus, motion, equipment.feed,
-            equipment.trace,
+            equipment.trace, pulse=context.pulse,
         )  # fmt: skip
     except BaseException:
         equipment.backend.close()

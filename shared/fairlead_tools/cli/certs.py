@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.certificates import (
     Certificate,
     certificates_dir,
@@ -37,7 +38,7 @@ def new_command(deployment: DeploymentArgument, days: DaysOption = DAYS) -> None
 
     The keys that sign stay on this machine.
     """
-    authority = Authority(load_deployment(deployment))
+    authority = Authority(loaded := load_deployment(deployment))
     left = authority.left
     made = authority.new(datetime.now(UTC), days)
     echo(f"made {_named(made) or 'nothing: there is one for every name'}")
@@ -46,6 +47,8 @@ def new_command(deployment: DeploymentArgument, days: DaysOption = DAYS) -> None
     if made or left:
         _say_what_to_copy(authority, _all_if_router(authority, made, [*made, authority.router]))
         echo(f"if it runs: {RESTART}")
+    for text in access_warnings(loaded):
+        echo(f"WARNING {text}")
 
 
 @example("fairlead certs renew ./panda_mobile_two_hosts.yaml gpu")

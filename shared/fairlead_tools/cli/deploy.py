@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,6 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import (
-    DeploymentArgument,
     DeploymentsArgument,
     JsonOption,
     WithoutOption,
@@ -19,8 +19,8 @@ from fairlead_tools.cli.options import (
     left_out,
     make_group,
 )
-from fairlead_tools.deploy.all_hosts import ask_host, compare
-from fairlead_tools.deploy.containers import compose_file
+from fairlead_tools.deploy.all_hosts import ask_host, compare, router_problems
+from fairlead_tools.deploy.containers import compose_file, router_compose_file
 from fairlead_tools.deploy.host_report import HostReport, report_this
 from fairlead_tools.deploy.systemd_units import router_unit, systemd_units
 
@@ -29,7 +29,7 @@ HostOption = Annotated[str | None, typer.Option(help="which host of the file, if
 
 @example("fairlead deploy check ./panda_mobile_two_hosts.yaml")
 def check_command(
-    deployment: DeploymentArgument,
+    deployments: DeploymentsArgument,
     host: Annotated[
         str | None, typer.Option(help="only this machine, as this host of the file")
     ] = None,
@@ -44,36 +44,43 @@ def check_command(
     """Find what is wrong on all hosts before anything starts; nothing is started or moved.
 
     Addresses, ports, certificates, versions, robots, skills, the gate's file. The file has the same
-    path on all hosts, which are asked by ssh; those that cannot be asked are a problem. Exits with
-    1 if there is one.
+    path on all hosts, which are asked by ssh; those that cannot be asked are a problem. Several
+    files: also whether these robots can share their routers. Exits with 1 if there is a problem.
     """
-    loaded = load_deployment(deployment)
-    _ = loaded.hal, loaded.only("safety")
-    problems: list[str] = []
-    if host is not None or not loaded.hosts:
-        reports = [report_this(deployment, loaded, host)]
-    else:
-        reports = []
-        with ProgressLine(quiet=as_json) as line:
-            for name in loaded.hosts:
-                line.show(f"asking host {name}")
-                try:
-                    reports.append(ask_host(deployment, loaded, name, reach, program))
-                except ServiceError as error:
-                    problems.append(str(error))
-        if reports:
-            problems += compare(loaded, reports)
+    every = [load_deployment(file) for file in deployments]
+    problems = list(router_problems(every))
+    reports: list[HostReport] = []
+    for file, loaded in zip(deployments, every, strict=True):
+        _ = loaded.hal, loaded.only("safety")
+        found: list[HostReport] = []
+        if host is not None or not loaded.hosts:
+            found = [report_this(file, loaded, host)]
+        else:
+            with ProgressLine(quiet=as_json) as line:
+                for name in loaded.hosts:
+                    line.show(f"asking host {name}")
+                    try:
+                        found.append(ask_host(file, loaded, name, reach, program))
+                    except ServiceError as error:
+                        problems.append(str(error))
+            if found:
+                problems += compare(loaded, found)
+        reports += found
+        if not as_json:
+            _say(loaded.id if len(every) > 1 else "", found)
     if as_json:
         print_json({"hosts": [one.model_dump() for one in reports], "problems": problems})
     else:
-        _say(reports, problems)
+        for text in problems:
+            echo(f"PROBLEM {text}")
     if problems or any(one.problems for one in reports):
         raise typer.Exit(1)
 
 
-def _say(reports: list[HostReport], problems: list[str]) -> None:
+def _say(robot: str, reports: list[HostReport]) -> None:
     for one in reports:
-        where = f"host {one.host}: " if one.host else ""
+        where = ", ".join(filter(None, (robot, one.host and f"host {one.host}")))
+        where = f"{where}: " if where else ""
         found = f"{len(one.problems)} problems" if one.problems else "ready to start"
         echo(
             f"{where}{found}: {', '.join(one.processes) or 'nothing runs here'}; fairlead "
@@ -83,8 +90,6 @@ def _say(reports: list[HostReport], problems: list[str]) -> None:
             echo(f"  {text}")
         for text in one.problems:
             echo(f"  PROBLEM {text}")
-    for text in problems:
-        echo(f"PROBLEM {text}")
 
 
 @example("fairlead deploy units ./panda_mobile_two_hosts.yaml --host robot --out units")
@@ -103,10 +108,8 @@ def units_command(
         loaded, host = _on_host(deployments[0], host)
         leave_out = left_out(loaded, without)
         units = systemd_units(deployments[0], loaded, host, user, leave_out)
-    elif host or without:
-        raise ConfigError("--host, --without: expected one file with them, got several")
     else:
-        units = router_unit(deployments, [load_deployment(file) for file in deployments], user)
+        units = router_unit(deployments, _sharing(deployments, host, without), user)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in units.items():
         (out / name).write_text(text, encoding="utf-8")
@@ -118,7 +121,7 @@ def units_command(
 
 @example("fairlead deploy containers ./panda_mobile_two_hosts.yaml --host robot --out containers")
 def containers_command(
-    deployment: DeploymentArgument,
+    deployments: DeploymentsArgument,
     out: Annotated[Path, typer.Option(help="folder for compose.yaml; it is made")],
     host: HostOption = None,
     image: Annotated[
@@ -126,13 +129,32 @@ def containers_command(
     ] = "localhost/fairlead",
     without: WithoutOption = None,
 ) -> None:
-    """Write a compose file: each process of a host in a container of its own, with few rights."""
-    loaded, host = _on_host(deployment, host)
-    text = compose_file(deployment, loaded, host, image, left_out(loaded, without))
+    """Write a compose file: each process of a host in a container of its own, with few rights.
+
+    Several files: that of the router that these robots share.
+    """
+    if len(deployments) == 1:
+        loaded, host = _on_host(deployments[0], host)
+        text = compose_file(deployments[0], loaded, host, image, left_out(loaded, without))
+    else:
+        text = router_compose_file(deployments, _sharing(deployments, host, without), image)
     (out / "state").mkdir(parents=True, exist_ok=True, mode=0o700)
     (out / "compose.yaml").write_text(text, encoding="utf-8")
     echo(str(out / "compose.yaml"))
     echo("how to start it is said at its beginning")
+
+
+def _sharing(
+    files: Sequence[Path], host: str | None, without: Sequence[str] | None
+) -> list[Deployment]:
+    """Deployments whose router is meant, and nothing else of them.
+
+    Raises:
+        ConfigError: options that are of one file.
+    """
+    if host or without:
+        raise ConfigError("--host, --without: expected one file with them, got several")
+    return [load_deployment(file) for file in files]
 
 
 def _on_host(file: Path, host: str | None) -> tuple[Deployment, str | None]:

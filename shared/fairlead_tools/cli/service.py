@@ -13,6 +13,7 @@ from typing import Annotated
 
 import typer
 
+from fairlead.deploy.access_warnings import warn_daily
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.deploy.process_table import ProcessId, process_id
@@ -133,7 +134,8 @@ async def _serve(endpoints: Endpoints, deployments: Sequence[Deployment]) -> Non
     log.info("ready")
     say_ready()
     ports = [one.routed.port for one in deployments]
-    tasks = [asyncio.create_task(forbid_lingering(*ports)), asyncio.create_task(say_alive())]
+    beside = forbid_lingering(*ports), say_alive(), warn_daily(deployments, log)
+    tasks = [asyncio.create_task(one) for one in beside]
     await signals.stopping.wait()
     for task in tasks:
         task.cancel()

@@ -6,12 +6,13 @@ import json
 import shlex
 import subprocess
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import combinations, product
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.shared_router import check_shared
 from fairlead.errors import ConfigError, ServiceError
 from fairlead_tools.deploy.host_report import HostReport, report_this
 from fairlead_tools.supervisor.this_host import is_own_address
@@ -89,6 +90,17 @@ def compare(deployment: Deployment, reports: Sequence[HostReport]) -> Iterator[s
             apart = abs(first.clock_s - one.clock_s) / 3600
             yield f"{both} have clocks {apart:.1f} h apart: set them"
     yield from _different_skills(deployment, {one.host: one for one in reports})
+
+
+def router_problems(deployments: Sequence[Deployment]) -> Iterator[str]:
+    """Why robots whose routers are on one machine could not share one."""
+    routed = [one for one in deployments if one.router is not None]
+    for one, other in combinations(routed, 2):
+        if one.hosts[one.routed.host] == other.hosts[other.routed.host]:
+            try:
+                check_shared([one, other])
+            except ConfigError as error:
+                yield str(error)
 
 
 def _different_skills(deployment: Deployment, reports: dict[str, HostReport]) -> Iterator[str]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+import hashlib
+import re
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,9 @@ import yaml
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
+from fairlead.deploy.shared_router import check_shared
 from fairlead.errors import ConfigError
+from fairlead_tools.deploy.systemd_units import unit_name
 
 HOME = "/var/lib/fairlead"
 """In each container: passwords, certificates, logs, own robots and skills."""
@@ -44,34 +48,70 @@ def compose_file(
         ConfigError: the file's path has signs that mean something else in a compose file.
     """
     names = [name for name in deployment.processes(host) if name not in without]
-    return _HEAD + yaml.safe_dump(
-        {
-            "name": f"fairlead-{deployment.id}".lower(),
-            "x-podman": {"in_pod": False},  # in a pod it refuses `userns_mode`
-            "services": {name: _service(file, deployment, name, image) for name in names},
-        },
-        sort_keys=False,
+    return _text(
+        project_name(deployment.id, deployment.namespace),
+        {name: _service(deployment, name, file, image) for name in names},
     )
 
 
-def _service(file: Path, deployment: Deployment, name: str, image: str) -> dict[str, Any]:
+def router_compose_file(
+    files: Sequence[Path], deployments: Sequence[Deployment], image: str
+) -> str:
+    """Text of the compose file of a router that several robots share.
+
+    Args:
+        files: the deployment files, where they lie on the router's host.
+        image: as of `compose_file`.
+
+    Raises:
+        ConfigError: as `compose_file`; they cannot share a router.
+    """
+    check_shared(deployments)
+    mounted = {str(Path(FILE).with_stem(f"robot{n}")): file for n, file in enumerate(files, 1)}
+    return _text(f"fairlead-{ROUTER}", {ROUTER: _container([ROUTER, *mounted], mounted, image)})
+
+
+def project_name(robot: str, namespace: str) -> str:
+    """A robot's project: no other robot's, and without the signs that a project cannot have."""
+    name = unit_name(robot, namespace)
+    plain = re.sub("[:.]", "-", name)
+    return plain if plain == name else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+
+
+def _text(project: str, services: Mapping[str, Any]) -> str:
+    content = {
+        "name": project,
+        "x-podman": {"in_pod": False},  # in a pod it refuses `userns_mode`
+        "services": services,
+    }
+    return _HEAD + yaml.safe_dump(content, sort_keys=False)
+
+
+def _service(deployment: Deployment, name: str, file: Path, image: str) -> dict[str, Any]:
     spec = deployment.services.get(name)
-    limits = {"core": 0}
-    if spec is not None and spec.realtime_priority:
-        limits["rtprio"] = spec.realtime_priority
+    words = [ROUTER, FILE] if name == ROUTER else ["service", FILE, name]
+    return _container(words, {FILE: file}, image, spec.realtime_priority if spec else 0)
+
+
+def _container(
+    words: Sequence[str], mounted: Mapping[str, Path], image: str, priority: int = 0
+) -> dict[str, Any]:
     return {
         "image": image,
-        "command": ["router", FILE] if name == ROUTER else ["service", FILE, name],
+        "command": list(words),
         "network_mode": "host",
         "user": "${USER_ID:?the number of the user who owns the folder state}",
         "userns_mode": "${USERNS:-}",
         "environment": {"HOME": HOME},
-        "volumes": [f"{_path(file)}:{FILE}:ro", f"./state:{HOME}"],
+        "volumes": [
+            *(f"{_path(file)}:{inside}:ro" for inside, file in mounted.items()),
+            f"./state:{HOME}",
+        ],
         "read_only": True,
         "tmpfs": ["/tmp"],  # noqa: S108  # its own
         "cap_drop": ["ALL"],
         "security_opt": ["no-new-privileges:true"],
-        "ulimits": limits,
+        "ulimits": {"core": 0} | ({"rtprio": priority} if priority else {}),
         "restart": "always",
         "stop_grace_period": f"{STOP_S}s",
     }
