@@ -79,6 +79,7 @@ class GateLoop(Generic[R]):
         self._on_the_way: list[GateOutput] = []
         robot, self.tick, self.hal_refused = self.driven.robot, 1, False
         self._cut: list[Verdict] = []
+        self._heard = 1
         self.now: Moment = self.driven.reset(seed)
         # A gripper that still settles, for example: the gate arms at standstill.
         still = _measured(self.now, 1)
@@ -90,10 +91,13 @@ class GateLoop(Generic[R]):
         self.undecided = tuple(claims or (SOURCE,))
 
     def propose(self, rows: Sequence[Row], source: str = SOURCE) -> Verdict:
-        """Ask for these rows, from the present tick on; in realtime that has begun."""
+        """Ask for these rows, from the present tick on; in realtime that has begun.
+
+        They are told to be of the newest state that the gate has heard.
+        """
         first = self.tick + (self._pacing == "realtime")
         chunk = chunk_of(self.driven.robot, first, rows)
-        answer = self._gate.send(chunk, self.tick, source)
+        answer = self._gate.send(chunk, self._heard, source)
         self._take(answer.outputs)
         return answer.verdict
 
@@ -136,6 +140,7 @@ class GateLoop(Generic[R]):
         arrived, self._on_the_way = self._on_the_way, []
         self._take(arrived)
         if is_heard:
+            self._heard = self.tick
             reply = self._gate.state_reply(_measured(self.now, self.tick), self._hal.acted)
         else:
             reply = self._gate.pass_time()

@@ -2,7 +2,9 @@
 
 Tick by tick: the robot makes of each row another share of what it was told, tells the gate where it
 is, and goes on as long as the gate grants it. Wherever it is, it may be told to hold. Half of
-the chunks are judged in realtime, where the gate misses two states of five.
+the chunks are judged in realtime, where the gate misses two states of five; there the robot brakes
+when the rows run out, and further chunks come meanwhile. Of some robots every velocity is measured
+as 0. An arm that takes joint targets also sags, under a policy that tells it to be where it is.
 """
 
 from __future__ import annotations
@@ -17,19 +19,30 @@ import numpy as np
 
 from bench.equipment.case import Pacing
 from bench.equipment.kinematics import Kinematics
-from bench.soundness.adversary import KINDS, Adversary
+from bench.soundness.adversary import KINDS, ROWS_MOST, Adversary
 from bench.soundness.arena import RULES, Arena
 from bench.soundness.chunk_rows import Row
 from bench.soundness.gate_loop import GateLoop
 from bench.soundness.prediction import NotReachedError
-from bench.soundness.share_robot import ShareRobot
+from bench.soundness.share_robot import Faults, ShareRobot
 from bench.soundness.starts import Starts
+from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray, Outcome, Verdict
+from fairlead.modes import ControlMode
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import RobotManifest
-from fairlead_tools.measure.driven_robot import Moment
+from fairlead_tools.measure.driven_robot import Moment, Tick
 
 PACE = 500
+CHUNKS = {"lockstep": 1, "realtime": 8, "sagging": 12}
+"""Of a run, one behind the other."""
+SHORT = 3
+"""Rows of those that come in a held tick, at most."""
+OTHERS = 0.1
+"""Of them, how many tell other parts than the one before."""
+STUCK = 0.25
+SAG = 2e-3
+"""The most that a joint sags [rad]."""
 PACINGS: tuple[Pacing, Pacing] = ("lockstep", "realtime")
 MISSED = 0.4
 NUMERIC = 1e-6
@@ -40,6 +53,7 @@ NUMERIC = 1e-6
 class Soundness:
     """rows: that acted, of each chunk under several shares; in_realtime: of them, those judged so.
 
+    after_hold: of the rows, those of further chunks, in realtime of some that came in a held tick.
     cut: of these runs, those that the gate ended before the last released row. breaches: by rule,
     places where it was broken, or would have been by a hold. worst: least room left, by rule. near:
     places within the clearance that the gate keeps. told: one line for each of the first breaches.
@@ -52,6 +66,7 @@ class Soundness:
     refused: Counter[int] = field(default_factory=Counter)
     rows: int = 0
     in_realtime: int = 0
+    after_hold: int = 0
     cut: Counter[int] = field(default_factory=Counter)
     configurations: int = 0
     not_reached: int = 0
@@ -82,13 +97,18 @@ class KinematicCampaign:
         file = json.loads(rules.read_text(encoding="utf-8"))
         self.arena = Arena(file)
         self._shares = ShareRobot(robot, file)
-        self._shares.begin(around[0], np.zeros((0, len(robot.parts))))
+        self._shares.begin(around[0], np.ones((1, len(robot.parts))))
         self._loop = GateLoop(self._shares, config)
         self._adversary = Adversary(robot, recorded, self._rng)
         self._starts = Starts(robot, self.arena, around, self._rng)
         self._kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
         self.found = Soundness()
-        self._waiting: list[tuple[str, FloatArray]] = []
+        self._waiting: list[tuple[str, FloatArray, FloatArray, float]] = []
+        self._targets = [
+            part.name for part in robot.parts if ControlMode.JOINT_POSITION in part.control_modes
+        ]
+        base = file["base"] or {"tool_drift": 0.0, "clearance_drift": 0.0}
+        self._drifts = {"workspace": base["tool_drift"], "self-collision": base["clearance_drift"]}
 
     def run(self, chunks: int, on_progress: Callable[[str], None]) -> Soundness:
         """Judge so many chunks and follow what they release."""
@@ -105,16 +125,18 @@ class KinematicCampaign:
         return self.found
 
     def _one_case(self) -> None:
-        kinds = (*KINDS, "recorded")
+        kinds = (*KINDS, "recorded", *(["sagging"] if self._targets else []))
         kind = kinds[self.found.chunks % len(kinds)]
+        pacing = PACINGS[self.found.chunks // len(kinds) % 2]
         if kind == "recorded":
             start, rows = self._adversary.spoiled()
-            q = self._around[start]
+            self._follow(kind, pacing, self._around[start], rows)
+        elif kind == "sagging":
+            self._sag("lockstep", 0.0, self._starts.pick(near=True))
         else:
             q = self._starts.pick(near=bool(self._rng.random() < 0.5))
             self._adversary.begin(kind)
-            rows = self._adversary.chunk(self._moment(q))
-        self._follow(kind, q, rows)
+            self._follow(kind, pacing, q, self._adversary.chunk(self._moment(q)))
 
     def _note(self, verdict: Verdict) -> None:
         if verdict.outcome == Outcome.RELEASED:
@@ -124,66 +146,112 @@ class KinematicCampaign:
         else:
             self.found.refused[verdict.code] += 1
 
-    def _follow(self, kind: str, q: FloatArray, rows: Sequence[Row]) -> None:
-        """At both ends of the gain, its middle, and shares drawn for each row and part.
+    def _follow(self, kind: str, pacing: Pacing, q: FloatArray, rows: Sequence[Row]) -> None:
+        """At both ends of the gain, its middle, and shares drawn for each tick and part.
 
-        Drawn is one of the ends for the whole chunk, and any.
+        Drawn is one of the ends for the whole run, and any.
         """
-        pacing = PACINGS[self.found.chunks // (len(KINDS) + 1) % 2]
+        ticks, parts = CHUNKS[pacing] * (ROWS_MOST + 1), len(self._robot.parts)
+        mixed = np.tile(self._rng.integers(0, 2, parts).astype(float), (ticks, 1))
+        shares = [np.full((ticks, parts), share) for share in (0.0, 1.0, 0.5)]
+        shares += [mixed, self._rng.random((ticks, parts))]
+        if not self._shares.prediction.depends_on_shares(rows[0]):
+            shares = shares[: 1 if pacing == "lockstep" else 2]
         self.found.chunks += 1
         self.found.by_kind[kind] += 1
-        count, parts = len(rows), len(self._robot.parts)
-        mixed = np.tile(self._rng.integers(0, 2, parts).astype(float), (count, 1))
-        shares = [np.full((count, parts), share) for share in (0.0, 1.0, 0.5)]
-        shares += [mixed, self._rng.random((count, parts))]
-        if not self._shares.prediction.depends_on_shares(rows[0]):
-            shares = shares[:1]
         for number, share in enumerate(shares):
-            self._shares.begin(q, share)
+            faults = Faults(is_stuck=bool(self._rng.random() < STUCK))
+            what = f"{kind} chunk {self.found.chunks} in {pacing}{', stuck' * faults.is_stuck}"
+            self._shares.begin(q, share, faults)
             self._loop.begin(0, pacing=pacing)
-            verdict = self._loop.propose(rows)
-            if number == 0:
-                self._note(verdict)
-            if verdict.outcome == Outcome.REFUSED:
+            if not self._chunk(what, pacing, rows, number == 0):
                 return
-            what = f"{kind} chunk {self.found.chunks} in {pacing}"
-            if pacing == "realtime":
-                self._loop.advance(what)  # this tick has begun without it
-            self._run(what, verdict, share, MISSED if pacing == "realtime" else 0.0)
+            for more in range(1, CHUNKS[pacing]):
+                if kind == "recorded" or self._rng.random() < OTHERS:
+                    self._adversary.begin(str(self._rng.choice(KINDS)))
+                self._adversary.go_on_after(None)
+                next_rows = self._adversary.chunk(self._moment(self._loop.now.positions))
+                next_rows = next_rows[: int(self._rng.integers(1, SHORT + 1))]
+                self._chunk(f"{what}, then chunk {more}", pacing, next_rows)
 
-    def _run(self, what: str, verdict: Verdict, share: FloatArray, missed: float) -> None:
-        """As far as the gate lets it go; ``share`` is what happens of each row and part."""
-        released = verdict.released_last - verdict.released_first + 1
-        for row in range(released):
-            is_heard = bool(self._rng.random() >= missed)
+    def _sag(self, pacing: Pacing, back: float, q: FloatArray) -> None:
+        """Told each time to be where it is measured, or ``back`` by a share of what it sags."""
+        self.found.chunks += 1
+        self.found.by_kind["sagging"] += 1
+        sag = SAG * self._rng.uniform(-1.0, 1.0, self._robot.n_dof)
+        chunks = CHUNKS["sagging"]
+        self._shares.begin(q, np.ones((2 * chunks, len(self._robot.parts))), Faults(sag))
+        self._loop.begin(0, pacing=pacing)
+        what = f"sagging chunk {self.found.chunks} in {pacing}, back by {back:g}"
+        for number in range(chunks):
+            values = self._loop.now.positions[: self._robot.n_dof] - (number > 0) * back * sag
+            row = {}
+            for part in self._targets:
+                own = tuple(self._robot.joint_names.index(n) for n in self._robot.part(part).joints)
+                wide = np.zeros(self._robot.n_dof)
+                wide[list(own)] = values[list(own)]
+                row[part] = PartCommand(ControlMode.JOINT_POSITION, "", wide, own)
+            self._chunk(f"{what}, chunk {number}", pacing, [row], number == 0)
+
+    def _chunk(
+        self, what: str, pacing: Pacing, rows: Sequence[Row], is_first: bool = False
+    ) -> bool:
+        """Propose it and follow it as far as the gate lets it go; whether it was released."""
+        verdict = self._loop.propose(rows)
+        if is_first:
+            self._note(verdict)
+        is_released = verdict.outcome != Outcome.REFUSED
+        missed = MISSED if pacing == "realtime" else 0.0
+        ticks = verdict.released_last - verdict.released_first + 1 if is_released else 0
+        for tick in range(-(pacing == "realtime"), ticks):  # the present one has begun without it
             try:
-                done = self._loop.advance(what, is_heard=is_heard)
+                done = self._loop.advance(what, is_heard=bool(self._rng.random() >= missed))
             except NotReachedError:
                 self.found.not_reached += 1
-                return
-            if done is None or not done.commands:
+                return False
+            if done is None:
+                return False
+            self._see(f"{what}, row {tick}", done)
+            if tick >= 0 and not done.commands:
                 # Without a code: rows that a lost state had held up were released again.
                 self.found.cut.update(one.code for one in self._loop.take_cut() if one.code)
-                return
-            self.found.rows += 1
-            self.found.in_realtime += missed > 0.0
-            modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
-            told = f"{what}, row {row}, share {share[row].round(2)}, {modes}"
-            self._waiting.append((told, done.after.positions))
-            self._waiting.append((f"{told}, then held", self._shares.stopped(done)))
+                return is_released
+            self.found.rows += tick >= 0
+            self.found.in_realtime += tick >= 0 and pacing == "realtime"
+            self.found.after_hold += tick >= 0 and not is_first
+        return is_released
+
+    def _see(self, what: str, done: Tick) -> None:
+        """Where a tick led, and where a hold would."""
+        modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
+        told = f"{what}, share {self._shares.share.round(2)}, {modes}"
+        drives = self._shares.base_speed()
+        for way, place in (("", done.after.positions), (", then held", self._shares.stopped(done))):
+            self._waiting.append((told + way, place, self._shares.told, drives))
 
     def _look(self) -> None:
-        """Ask the arena about everything followed since the last time."""
+        """Ask the arena about everything followed since the last time.
+
+        What a base carries may be off by its drift. What sags may be as far beyond a limit as it
+        sags, twice: told to be where it is once.
+        """
         if not self._waiting:
             return
-        rooms = self.arena.room(np.stack([place for _, place in self._waiting]))
-        self.found.configurations += len(self._waiting)
+        whats, places, told, drives = zip(*self._waiting, strict=True)
+        rooms = self.arena.room(np.stack(places))
+        self.found.configurations += len(places)
         self.found.near += int(np.sum(rooms["self-collision"] < self.arena.clearance - NUMERIC))
-        for rule, room in rooms.items():
+        sags = np.array(["sagging" in what for what in whats])
+        meant = self.arena.room(np.stack(told)) if sags.any() else rooms
+        for rule, free in rooms.items():
+            if not np.isfinite(free).all():
+                continue  # nothing of the kind on this robot
+            drifted = free - self._drifts.get(rule, 0.0) * np.array(drives)
+            room = np.where(sags, drifted + 2.0 * np.maximum(meant[rule] - free, 0.0), drifted)
             self.found.worst[rule] = min(self.found.worst[rule], float(room.min()))
             for index in np.flatnonzero(room < -NUMERIC):
                 self.found.breaches[rule] += 1
-                self.found.told.append(f"{rule} {room[index]:.5f}: {self._waiting[index][0]}")
+                self.found.told.append(f"{rule} {room[index]:.5f}: {whats[index]}")
         self._waiting = []
 
     def _moment(self, q: FloatArray) -> Moment:

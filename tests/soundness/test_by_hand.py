@@ -13,6 +13,7 @@ from bench.soundness.arena import Arena
 from bench.soundness.distances import between_polygons, between_segments, inside_polygon
 from bench.soundness.link_frames import LinkFrames
 from bench.soundness.prediction import Prediction
+from bench.soundness.share_robot import ShareRobot
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
@@ -225,3 +226,24 @@ def test_a_turning_twist_turns_the_base_about_base_links_origin() -> None:
     np.testing.assert_allclose(end[2], 0.05, rtol=0, atol=1e-12)
     np.testing.assert_allclose(end[1], -0.21 * np.sin(0.05), rtol=0, atol=1e-12)
     np.testing.assert_allclose(end[0], 0.21 * (1 - np.cos(0.05)), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("share", "ways"), [(1.0, [0.05, 0.015, 0.0]), (0.0, [0.0, 0.0, 0.0])])
+def test_what_holds_goes_on_for_its_stop_lag_and_slows_down_or_stops_at_once(
+    share: float, ways: list[float]
+) -> None:
+    """From 1 rad/s: 60 ms of lag, then 100 rad/s^2, in ticks of 50 ms."""
+    file = file_of("panda")
+    file["joints"][0]["acceleration_limit"] = 100.0
+    robot, now = ShareRobot(load_robot("panda"), file), still_arm()[1][0]
+    robot.begin(now, np.array([[1.0, 1.0], *[[share, share]] * 3]))
+    values = np.zeros(8)
+    values[0] = 1.0
+    row = {"arm": PartCommand(ControlMode.JOINT_VELOCITY, "", values, tuple(range(7)))}
+    told = robot.step("", robot.reset(0), row)
+    np.testing.assert_allclose(robot.stopped(told)[0], 0.05 + 0.06 + 0.005, rtol=0, atol=1e-12)
+    after, found = told.after, []
+    for _ in ways:
+        before, after = after, robot.step("", after, {}).after
+        found.append(after.positions[0] - before.positions[0])
+    np.testing.assert_allclose(found, ways, rtol=0, atol=1e-12)

@@ -78,6 +78,19 @@ def test_a_gate_whose_bounds_are_too_wide_is_noticed(tmp_path: Path) -> None:
     assert campaign("panda", wide).run(120, silent).breaches["bounds"] > 0
 
 
+@pytest.mark.processes
+def test_a_gate_that_takes_what_still_brakes_for_standing_is_noticed(tmp_path: Path) -> None:
+    file = json.loads(gate_config("panda", "sim").read_text())
+    for joint in file["joints"]:
+        joint["standstill_velocity"] = 10.0
+    blind = tmp_path / "gate.sim.json"
+    blind.write_text(json.dumps(file))
+    found = campaign("panda", blind).run(480, silent)
+    assert found.after_hold > 500
+    assert found.breaches["bounds"] > 0
+    assert all("in realtime, then chunk" in line for line in found.told), found.told
+
+
 @pytest.fixture(scope="module")
 def fixed_arm() -> Iterator[Loop]:
     loop = GateLoop(DrivenRobot("panda"))
