@@ -66,8 +66,18 @@ TEST_CASE("G024 realtime: what held may have gone on through the tick, and the r
   // In lockstep the state was measured after the hold.
   CHECK(held(bounded(-2.0, 0.17 + eps), speed, 1.0, 1.0, false).evidence.ok());
   CHECK(held(bounded(-2.0, 0.17 - eps), speed, 1.0, 1.0, false).evidence.code == 24);
-  // A target is reached from wherever it is: only the way there differs.
-  CHECK(held(bounded(-2.0, 0.15 + eps), Mode::joint_position, 0.05, 1.0).evidence.ok());
+}
+
+TEST_CASE("G024 realtime: what held may have stopped at once, and is the faster to its target") {
+  // 0.04 m in the tick are 0.8 m/s, and 64 mm to brake; from 25 mm on it would be 9 mm.
+  constexpr auto target = Mode::joint_position;
+  CHECK(held(bounded(-2.0, 0.104 + eps), target, 0.04, 0.5).evidence.ok());
+  CHECK(held(bounded(-2.0, 0.104 - eps), target, 0.04, 0.5).evidence.code == 24);
+  CHECK(held(bounded(-0.104 - eps, 2.0), target, -0.04, -0.5).evidence.ok());
+  CHECK(held(bounded(-0.104 + eps, 2.0), target, -0.04, -0.5).evidence.code == 24);
+  // A target behind where it may have gone on to: back at 0.3 m/s, which takes 9 mm.
+  CHECK(held(bounded(0.001 - eps, 2.0), target, 0.01, 0.5).evidence.ok());
+  CHECK(held(bounded(0.001 + eps, 2.0), target, 0.01, 0.5).evidence.code == 24);
 }
 
 TEST_CASE("G031 realtime: what held is kept from a wall as far as it may have gone on") {

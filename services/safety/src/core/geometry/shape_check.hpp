@@ -54,9 +54,9 @@ class ShapeCheck {
   }
   void deviate_by(const Joints& ways) { deviation_.emplace(model_, ways); }
 
-  /// Where the row before told targets, if it did. A row may leave what is broken as it is measured
-  /// only if that is no further beyond the limit than it was told before: else an arm that sags,
-  /// told each time to be where it is, would sink without end.
+  /// Where the row before told targets, if it did. A row may leave what is broken no further beyond
+  /// the limit than it was told before: else an arm that sags, told each time to be where it is, or
+  /// a little better, would sink without end.
   void told_to_be(const FramePoses* poses) { told_ = poses; }
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
@@ -99,8 +99,7 @@ class ShapeCheck {
                                  const MarginOf& margin_of) const {
     const auto margin_before = [&] { return margin_of(before); };
     if (is_breach(margin, margin_before, excuse)) return true;
-    return margin < 0.0 && told_ != nullptr && margin < margin_before() + unchanged &&
-           margin < margin_of(*told_) - unchanged;
+    return margin < 0.0 && told_ != nullptr && margin < margin_of(*told_) - unchanged;
   }
 
   const RobotModel& model_;

@@ -148,17 +148,27 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 
 // No joint is faster than its limit: of a row that asks for more, the controller makes less. In
 // the first row it may still be as fast as it is measured, if that is the same way, or already as
-// slow as told.
+// slow as told; and a target is reached from wherever the hold before has left the joint.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
   const double limit = model_.fastest[joint];
   const double told = change / model_.period_s;
   double& speed = branch.speed[joint];
   speed = std::clamp(told, -limit, limit);
+  if (steps_ != 1) return;
+  const double off = reach_off(joint), sign = speed < 0.0 ? -1.0 : 1.0;
+  const double slow = std::clamp(told - sign * off, -limit, limit);
   const double measured = measured_speed(model_.limits, state_, joint);
-  if (steps_ != 1 || !(speed > 0.0 ? measured > speed : speed < 0.0 && measured < speed)) return;
-  branch.told[joint] = speed;
+  double fast = std::clamp(told + sign * off, -limit, limit);
+  if (speed > 0.0 ? measured > fast : speed < 0.0 && measured < fast) fast = measured;
+  if (fast == slow) return;
+  branch.told[joint] = slow;
   branch.slowing |= only(joint);
-  speed = measured;
+  speed = fast;
+}
+
+// How much faster or slower a joint reaches its first target, by where the hold before it ends.
+double Prediction::reach_off(std::size_t joint) const {
+  return (lagging_ & only(joint)) != 0 ? 0.0 : start_off_[joint] / model_.period_s;
 }
 
 // Where the row before told the joint to be, if it did: what is measured may lag behind that.

@@ -29,8 +29,8 @@ struct Branch {
   Joints now;
   Joints speed;
   Joints before;
-  /// Joints that are measured to go faster than the row tells, in its direction: `speed` is as
-  /// measured, `told` as told.
+  /// Joints that may go at two speeds: `speed` is as measured, where that is faster than the row
+  /// tells, `told` as told; or they are of the two ends from which a first target is reached.
   JointSet slowing = 0;
   Joints told;
   std::array<FramePoses, 2> poses;
@@ -178,6 +178,7 @@ class Prediction {
   [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
+  [[nodiscard]] double reach_off(std::size_t joint) const;
   [[nodiscard]] JointSet told_in(std::size_t step) const;
   [[nodiscard]] JointSet held_in(const RowBefore& before) const;
   void widen_start(JointSet held);
