@@ -75,10 +75,9 @@ TEST_CASE("G031 the second row of a chunk counts from the first") {
   ChunkBuilder acted = one_joint(Mode::joint_position, slide_z, {broken});
   const RowBefore before{&acted.chunk, 0};
   const auto rows = [&](double second) {
-    return free_arm::judge(
-               above_table(),
-               one_joint(Mode::joint_position, slide_z, {broken, second}).chunk, state,
-               before)
+    return free_arm::judge(above_table(),
+                           one_joint(Mode::joint_position, slide_z, {broken, second}).chunk, state,
+                           before)
         .row_count;
   };
   CHECK(rows(broken) == 2);
