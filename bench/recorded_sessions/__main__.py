@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from bench.recorded_sessions.choice import choose
-from bench.recorded_sessions.decision_log import HEADER, HEADER_BYTES, config_text, read_log
+from bench.recorded_sessions.decision_log import HEADER_BYTES, config_text, read_log
 from bench.recorded_sessions.runs import run_everything
 from bench.recorded_sessions.session import Session, read_session, write_sessions
 from fairlead.paths import decisions_binary, repo_root
@@ -67,7 +67,7 @@ def _sessions(logs: list[Path], folder: Path, text: str) -> list[Session]:
     for log in logs:
         name = str(log.relative_to(folder))
         records = read_log(log, HEADER_BYTES)
-        if not records or records[0].type != HEADER or config_text(records) != text:
+        if not records or config_text(records) != text:
             continue
         most = DEMO_BYTES if name.startswith("demo/") else SESSION_BYTES
         session = read_session(log, name, text, most)

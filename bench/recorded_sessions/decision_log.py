@@ -73,9 +73,11 @@ def write_log(path: Path, records: Iterable[LogRecord]) -> None:
 
 
 def config_text(records: list[LogRecord]) -> str:
-    """The configuration that decided."""
-    text: str = json.loads(records[0].body)["config"]
-    return text
+    """The configuration that decided; "" of a log that no gate wrote, as tests make them."""
+    try:
+        return str(json.loads(records[0].body)["config"])
+    except (ValueError, KeyError):
+        return ""
 
 
 def step_facts(record: LogRecord) -> StepFacts:
