@@ -100,11 +100,11 @@ def test_action_23_base_yaw_alone_reaches_its_own_input(order: str) -> None:
 
 def test_action_24_joints_that_are_not_of_one_part_are_an_error() -> None:
     """Joints that are not of one part are refused."""
-    with pytest.raises(ConfigError, match="expected joints of this one part, got base_yaw, panda"):
-        pack(
-            {"base": base_velocity(base_yaw=0.1, panda_joint1=0.1)},
-            action_map(ORDERS["records"]),
-            ZEROS,
+    with pytest.raises(
+        ConfigError, match=r"part base: expected active joints out of \[0, 1, 2\], got \[2, 3\]"
+    ):
+        CommandCheck(load_robot("panda_mobile"), "sim").check(
+            "base", base_velocity(base_yaw=0.1, panda_joint1=0.1)
         )
 
 

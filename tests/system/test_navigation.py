@@ -272,7 +272,7 @@ def test_what_a_client_sends_beyond_a_limit_is_refused_with_the_limit(robot: Two
     robot.fresh()
     with (
         robot.client.claim(["base"], source="planner") as claim,
-        pytest.raises(ChunkRefusedError, match=r"G020 limit: .* 0.5, limit 0.4") as refused,
+        pytest.raises(ChunkRefusedError, match=r"G020 limit: .* 0.5 m/s, limit 0.4 m/s") as refused,
     ):
         too_fast = claim.rows("base", ControlMode.BODY_TWIST, [[0.5, 0, 0, 0, 0, 0]] * 4)
         claim.send(claim.next_tick().number, too_fast)

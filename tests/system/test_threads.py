@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.registry import Registry
+from fairlead.errors import RefusedError
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command
@@ -23,6 +25,8 @@ CAMERA = repo_root() / "compose" / "ur5e_robosuite_cameras.yaml"
 SEEING = "bc-reach-cube"
 OF_CAMERAS = {"frames", "cameras"}
 """Threads that only a robot with a camera has, in realtime."""
+GOALS = 5
+"""In realtime one that begins on a late machine may end before the runner has seen anything."""
 PASSING = {"close"}
 """Of the session, at the end."""
 
@@ -74,9 +78,17 @@ def test_each_entry_point_is_called_by_the_thread_that_the_document_names(
         ScratchOptions(pacing="realtime" if sees else "lockstep", options=options),
     )
     with scratch_robot(scratch, Registry(tmp_path / "state"), command=recorded) as robot:
-        robot.client.reset_episode(0)
-        robot.client.arm()
-        result = run_goal(robot.client, GoalOptions(skill, deadline_ticks=100)).result
+        result = None
+        for _ in range(GOALS):
+            for stop in robot.client.gate_status().stop_ids:
+                robot.client.reset(stop)
+            robot.client.disarm()
+            robot.client.reset_episode(0)
+            with nullcontext() if not sees else suppress(RefusedError):
+                robot.client.arm()
+                result = run_goal(robot.client, GoalOptions(skill, deadline_ticks=100)).result
+            if "RunCore.on_image" in seen.read_text(encoding="utf-8") or not sees:
+                break
         assert result is not None
         assert sees or result.outcome == "succeeded"
     called = {tuple(line.split(" ", 1)) for line in seen.read_text(encoding="utf-8").splitlines()}
