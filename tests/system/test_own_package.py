@@ -60,8 +60,9 @@ def test_its_robot_skill_layout_policy_and_hal_are_found_by_name(customer: Perso
     wrong.write_text(text.replace("run: acme_arm", "run: acme_amr"))
     refused = customer.run("fairlead", "up", str(wrong))
     assert refused.stderr == (
-        "ERROR service hal: run: expected a HAL, got 'acme_amr' (valid: acme_arm from acme-arm "
-        "1.0; hal_kinematic, hal_mujoco, hal_ros2, hal_sim, hal_so101 from fairlead 0.1.0)\n"
+        f"ERROR {wrong}:10:5: service hal: run: expected a HAL, got 'acme_amr' (valid: acme_arm "
+        "from acme-arm 1.0; hal_kinematic, hal_mujoco, hal_ros2, hal_sim, hal_so101 from fairlead "
+        "0.1.0)\n"
     )
 
 
