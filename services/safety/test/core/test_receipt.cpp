@@ -81,6 +81,18 @@ TEST_CASE("G013 a state that waited for its turn may be of no later tick than wh
   }
 }
 
+TEST_CASE("G013 a state that came in before the newest one and gets its turn later is no leap") {
+  Late rig;
+  rig.next_tick();
+  rig.handle_state(rig.tick + 1, rig.now_ns);
+  CHECK(rig.gate->state() == GateState::armed);
+  for (const std::uint64_t later : {0U, 3U}) {  // nor confirmed by a second one
+    rig.handle_state(rig.tick + 1'000 + later, rig.now_ns - (60 + later) * ms);
+    CHECK(rig.gate->state() == GateState::stopped);
+    CHECK(rig.status().state_tick == rig.tick + 1);
+  }
+}
+
 TEST_CASE("G013 lockstep without a claim: a leap that no lost state explains is never taken") {
   GateRig rig(true);
   rig.connect_and_arm();

@@ -48,9 +48,11 @@ void HalLink::follow(const Facts& facts) {
   refused_leap_ = Arrival{};
 }
 
-// One period for each begun since then, and one for the jitter of either.
+// One period for each begun since then, and one for the jitter of either. What came in on another
+// link may have got its turn first.
 std::uint64_t HalLink::latest_tick(const Arrival& from, std::uint64_t now_ns) const {
-  const std::uint64_t ticks = (now_ns - from.ns + limits_.period_ns - 1) / limits_.period_ns + 1;
+  const std::uint64_t since_ns = now_ns - std::min(now_ns, from.ns);
+  const std::uint64_t ticks = (since_ns + limits_.period_ns - 1) / limits_.period_ns + 1;
   return from.tick + std::min(ticks, UINT64_MAX - from.tick);
 }
 

@@ -52,9 +52,9 @@ Text RobotEvents::hal_change() const {
 }
 
 // Another session that announced itself proves with a valid state that it is there.
-void RobotEvents::on_rival_state(std::uint64_t received_ns) {
+void RobotEvents::on_rival_state() {
   if (check_state(limits_, joint_state_).ok() && joint_state_.tick != 0)
-    on_session_news(hal_.take_rival_state(received_ns));
+    on_session_news(hal_.take_rival_state(outbox_.now_ns));
 }
 
 // When it came in, not when it got its turn: what waited behind a long step is no newer by that.
@@ -94,7 +94,7 @@ void RobotEvents::on_joint_state(const Event& event) {
   // the same, but not counted: any while no session is followed, and all but the first of one that
   // has announced itself.
   if (joint_state_.robot_hash != limits_.robot_hash) return outbox_.count(code::session);
-  if (joint_state_.session == hal_.rival() && hal_.rival() != 0) on_rival_state(receipt_of(event));
+  if (joint_state_.session == hal_.rival() && hal_.rival() != 0) on_rival_state();
   if (joint_state_.session != hal_.session() || hal_.session() == 0) {
     if (hal_.session() != 0 && joint_state_.session != counted_rival_) outbox_.count(code::session);
     if (joint_state_.session == hal_.rival()) counted_rival_ = joint_state_.session;

@@ -43,7 +43,7 @@ class RobotEvents {
   void on_new_tick(std::uint64_t received_ns);
   void move_on_disarmed();
   void on_session_news(HalLink::News news);
-  void on_rival_state(std::uint64_t received_ns);
+  void on_rival_state();
   [[nodiscard]] bool is_anothers() const;
   void stop_for_another();
   [[nodiscard]] Text forged_row() const;
