@@ -165,3 +165,18 @@ TEST_CASE("positions tell a speed by the ticks between, beyond the encoder's ste
   CHECK(travel_speed(limits, base_yaw, 3.1, 3.1 - 2.0 * std::numbers::pi, 1) <= 0.0);
   CHECK(travel_speed(limits, torso, 0.0, 0.1, 1) == doctest::Approx(2.0));
 }
+
+TEST_CASE("G013 the unit of a passive joint is that of the link it moves") {
+  Limits limits = test_limits();
+  MeasuredState now = state_at_rest();
+  ++now.tick;
+  now.positions[torso] += 1.0;
+  const auto unit = [&] { return check_jump(limits, state_at_rest(), now).unit; };
+  CHECK(unit() == "m");
+  for (Link& link : limits.kinematics.links)
+    if (link.joint == torso) link.motion = LinkMotion::turn;
+  CHECK(unit() == "rad");
+  for (Link& link : limits.kinematics.links)
+    if (link.joint == torso) link.joint = arm_1;
+  CHECK(unit() == "1");  // it moves none
+}
