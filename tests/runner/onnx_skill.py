@@ -10,14 +10,31 @@ from typing import Any
 
 import numpy as np
 import onnx
+import pytest
 import yaml
 from onnx import TensorProto, helper, numpy_helper
 
+from fairlead.errors import ConfigError, PolicyError
+from fairlead.policy import Observation
 from fairlead.skill.manifest import SkillManifest, load_skill, read_skill
+from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.onnx_files import action_names, state_names
 
 DIM, STATE, HORIZON = 12, 30, 4
 NAME = "onnx-test"
+_RNG = np.random.default_rng(2)
+WEIGHTS = _RNG.normal(size=(STATE, HORIZON * DIM)).astype(np.float32)
+SEEN = Observation(1, _RNG.normal(size=STATE), "")
+
+
+def made(skill: SkillManifest) -> OnnxPolicy:
+    return OnnxPolicy.from_options(skill, skill.policy.options)
+
+
+def refusal(skill: SkillManifest) -> str:
+    with pytest.raises((ConfigError, PolicyError)) as caught:
+        made(skill)
+    return str(caught.value)
 
 
 def values(name: str, dtype: int, shape: Sequence[int | str]) -> Any:

@@ -12,43 +12,35 @@ import onnx
 import pytest
 from onnx import TensorProto, helper
 
-from fairlead.errors import ConfigError, PolicyError
+from fairlead.errors import ConfigError
 from fairlead.plugins import POLICIES
 from fairlead.policy import Observation
-from fairlead.skill.manifest import SkillManifest, load_skill
+from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.onnx_files import action_names
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from tests.runner.onnx_skill import (
     DIM,
     HORIZON,
+    SEEN,
     STATE,
+    WEIGHTS,
     install,
     linear,
+    made,
     model,
+    refusal,
     statistics,
     values,
 )
 
 RNG = np.random.default_rng(2)
-WEIGHTS = RNG.normal(size=(STATE, HORIZON * DIM)).astype(np.float32)
-SEEN = Observation(1, RNG.normal(size=STATE), "")
 
 
 @pytest.fixture(autouse=True)
 def skills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
     return tmp_path
-
-
-def made(skill: SkillManifest) -> OnnxPolicy:
-    return OnnxPolicy.from_options(skill, skill.policy.options)
-
-
-def refusal(skill: SkillManifest) -> str:
-    with pytest.raises((ConfigError, PolicyError)) as caught:
-        made(skill)
-    return str(caught.value)
 
 
 def test_weights_in_another_file_are_refused_though_they_are_there(

@@ -7,31 +7,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fairlead.errors import ConfigError, PolicyError
 from fairlead.policy import Observation
-from fairlead.skill.manifest import SkillManifest
-from fairlead_skill_runner.policies.onnx import OnnxPolicy
-from tests.runner.onnx_skill import DIM, HORIZON, STATE, install, linear, statistics
-
-RNG = np.random.default_rng(2)
-WEIGHTS = RNG.normal(size=(STATE, HORIZON * DIM)).astype(np.float32)
-SEEN = Observation(1, RNG.normal(size=STATE), "")
+from tests.runner.onnx_skill import (
+    DIM,
+    HORIZON,
+    SEEN,
+    WEIGHTS,
+    install,
+    linear,
+    made,
+    refusal,
+    statistics,
+)
 
 
 @pytest.fixture(autouse=True)
 def skills(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
     return tmp_path
-
-
-def made(skill: SkillManifest) -> OnnxPolicy:
-    return OnnxPolicy.from_options(skill, skill.policy.options)
-
-
-def refusal(skill: SkillManifest) -> str:
-    with pytest.raises((ConfigError, PolicyError)) as caught:
-        made(skill)
-    return str(caught.value)
 
 
 @pytest.mark.parametrize("form", ["mean_std", "min_max"])
