@@ -28,13 +28,13 @@ from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
     RobotOption,
+    SkillArgument,
     complete_robot,
-    complete_skill,
     example,
     make_group,
     parse_deployment,
 )
-from fairlead_tools.cli.robot_check import running_robot
+from fairlead_tools.cli.running import running_robot
 from fairlead_tools.skills.checkpoint_stats import (
     contract_findings,
     named_outputs,
@@ -47,15 +47,6 @@ from fairlead_tools.skills.install import (
     python_problems,
 )
 from fairlead_tools.skills.skeleton import ARM_MODES, skill_skeleton
-
-SkillArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="NAME_OR_FOLDER",
-        autocompletion=complete_skill,
-        help="a skill that ships or is installed (fairlead skill ls), or a folder with rskill.yaml",
-    ),
-]
 
 
 def installed_skill(wanted: str) -> str:

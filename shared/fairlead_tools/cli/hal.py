@@ -17,8 +17,7 @@ from fairlead.operate.connection import choose_file
 from fairlead.plugins import HALS
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.session import ZenohBus
-from fairlead_tools.cli.by_hand import ends_like_ctrl_c
-from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
     example,
@@ -29,6 +28,7 @@ from fairlead_tools.conformance.row import GROUPS
 
 if TYPE_CHECKING:
     from fairlead_tools.conformance.hal_check import HalCheck
+
 
 SIMULATOR_SHARE = 0.3
 ROBOT_SHARE = 0.1
