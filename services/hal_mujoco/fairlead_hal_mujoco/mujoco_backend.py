@@ -15,14 +15,13 @@ from fairlead.hal.backend import (
     Measurement,
     PartCommand,
     TaskReading,
+    describe_part,
 )
-from fairlead.hal.described_part import describe_part
 from fairlead.hal.interpolation import interpolator_of
-from fairlead.hal.model_joints import find_sources
-from fairlead.hal.model_kinematics import FrameKinematics
 from fairlead.hal.mujoco_frames import ContactWatch, MujocoFrames, base_body
+from fairlead.hal.mujoco_joints import find_sources
 from fairlead.hal.setpoints import Setpoints
-from fairlead.hal.tool_motion import ToolMotion
+from fairlead.hal.tool_motion import FrameKinematics, ToolMotion
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest

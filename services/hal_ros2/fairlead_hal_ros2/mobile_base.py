@@ -9,7 +9,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, MessageError, expected
 from fairlead.hal.backend import FramePose, PartCommand
-from fairlead.hal.setpoint_limits import SetpointLimits
+from fairlead.hal.setpoints import SetpointLimits
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest

@@ -15,11 +15,10 @@ from fairlead.hal.backend import (
     NotCarriedOutError,
     PartCommand,
     TaskReading,
+    describe_part,
 )
-from fairlead.hal.described_part import describe_part
-from fairlead.hal.model_kinematics import robot_kinematics
 from fairlead.hal.setpoints import Setpoints
-from fairlead.hal.tool_motion import ToolMotion
+from fairlead.hal.tool_motion import ToolMotion, robot_kinematics
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.profile_limits import profile_limits
