@@ -25,8 +25,7 @@ from fairlead.hal.tool_motion import FrameKinematics, ToolMotion
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
-from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
-from fairlead_hal_mujoco.model_file import load_model
+from fairlead_hal_mujoco.model_file import GOAL_KEY, HOME_KEY, GoalPose, key_qpos, load_model
 from fairlead_hal_mujoco.options import MujocoOptions
 
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])
