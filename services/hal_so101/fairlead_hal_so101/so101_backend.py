@@ -21,7 +21,7 @@ from fairlead.hal.setpoints import Setpoints
 from fairlead.hal.tool_motion import ToolMotion, robot_kinematics
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_hal_so101.calibration import STEPS_PER_RAD, Calibration, calibration_path
 from fairlead_hal_so101.options import So101Options
 from fairlead_hal_so101.servo_bus import GOAL_POSITION, LostAnswerError, calibrated_bus

@@ -21,6 +21,8 @@ T = TypeVar("T")
 class SharedCore:
     """A `HalCore` behind a lock that is taken here and nowhere else.
 
+    The tick thread decides, the transport's threads fill it.
+
     What is passed in runs under the lock: it is short, waits for nothing, and uses no
     `SharedCore`.
     """

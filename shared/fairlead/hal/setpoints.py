@@ -13,7 +13,7 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 
 TRAVEL_SHARE = 0.9
 """Of its speed limit: a gripper's servo overshoots by up to 7 % where it turns back."""

@@ -73,7 +73,7 @@ def check_command(
             raise ConfigError(expected("hal check: --only", "a group", repr(one), GROUPS))
     deployment = load_deployment(choose_file(target))
     simulator = is_simulator(deployment)
-    from fairlead_tools.conformance.hal_check import Wish, ask_hal, check_hal
+    from fairlead_tools.conformance.hal_check import CheckOptions, ask_hal, check_hal
 
     hal = ask_hal(deployment)
     bus = ZenohBus(deployment.tool_endpoints(deployment.only("safety")))
@@ -83,7 +83,7 @@ def check_command(
             _ask(deployment, amount, yes)
         known, why = (pid, "") if pid else _pid(deployment)
         with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
-            wish = Wish(amount, hold_s, known, why, simulator, tuple(only or ()))
+            wish = CheckOptions(amount, hold_s, known, why, simulator, tuple(only or ()))
             found = check_hal(bus, deployment, hal, wish, line.show)
     finally:
         bus.close()

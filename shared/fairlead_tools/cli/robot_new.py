@@ -52,7 +52,7 @@ def new_command(
     assumed and listed in robot.yaml, to_confirm: the profile hardware is refused until a person
     has gone through it.
     """
-    from fairlead_tools.draft.deployment_text import deployment_text
+    from fairlead_tools.draft.file_text import deployment_text
     from fairlead_tools.draft.new_robot import Asked, new_robot
 
     check_name("robot new: id", name)

@@ -22,7 +22,7 @@ from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus, fl
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import choose_file
 from fairlead.robot.manifest import load_robot
-from fairlead.robot.profile_limits import outside_limits
+from fairlead.robot.safety_profile import outside_limits
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
 from fairlead_tools.cli.console import echo, hex_id, print_json
