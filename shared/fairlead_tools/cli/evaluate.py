@@ -45,7 +45,7 @@ from fairlead_tools.cli.run import (
     RunnerOption,
     StallOption,
 )
-from fairlead_tools.cli.running import entries_of, wait_seen, wait_started
+from fairlead_tools.cli.running_deployments import entries_of, wait_seen, wait_started
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 

@@ -28,7 +28,7 @@ from fairlead_tools.cli.options import (
     parse_deployment,
     parse_running_or_file,
 )
-from fairlead_tools.cli.running import running_file
+from fairlead_tools.cli.running_deployments import running_file
 
 if TYPE_CHECKING:
     from fairlead_tools.draft.robot_check import FrameRow

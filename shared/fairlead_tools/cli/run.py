@@ -34,7 +34,7 @@ from fairlead_tools.cli.options import (
     complete_skill,
     example,
 )
-from fairlead_tools.cli.running import wait_seen, wait_started
+from fairlead_tools.cli.running_deployments import wait_seen, wait_started
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.cli.status import state_and_cause
 

@@ -24,6 +24,7 @@ from fairlead.skill.manifest import (
     read_skill,
     skill_ids,
 )
+from fairlead.yaml_file import RowDumper
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
@@ -34,7 +35,7 @@ from fairlead_tools.cli.options import (
     make_group,
     parse_deployment,
 )
-from fairlead_tools.cli.running import running_robot
+from fairlead_tools.cli.running_deployments import running_robot
 from fairlead_tools.skills.checkpoint_stats import (
     contract_findings,
     named_outputs,
@@ -120,14 +121,6 @@ def skill_problems(name: str, robot: RobotManifest) -> list[str]:
 WIDTH = 100
 
 
-class _RowDumper(yaml.SafeDumper):
-    """Numbers and names in a row stand on one line, as people write them."""
-
-    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
-        plain = all(not isinstance(item, (list, dict)) for item in sequence)
-        return super().represent_sequence(tag, sequence, flow_style=plain)
-
-
 @example("fairlead skill show oracle-counter-to-cabinet")
 def show_command(
     skill: SkillArgument,
@@ -139,7 +132,7 @@ def show_command(
     if as_json:
         print_json(document)
     else:
-        echo(yaml.dump(document, Dumper=_RowDumper, sort_keys=False, width=WIDTH).rstrip())
+        echo(yaml.dump(document, Dumper=RowDumper, sort_keys=False, width=WIDTH).rstrip())
 
 
 @example("fairlead skill check oracle-counter-to-cabinet --robot panda_mobile")

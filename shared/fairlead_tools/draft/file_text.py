@@ -11,15 +11,12 @@ import yaml
 
 from fairlead.deploy.process_table import is_listening
 from fairlead.paths import deployment_files
+from fairlead.yaml_file import RowDumper
 from fairlead_tools.draft.robot_document import DraftRobot
 
 
-class _Dumper(yaml.SafeDumper):
-    """Numbers and names in a row stand on one line; what both profiles share is written once."""
-
-    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
-        plain = all(not isinstance(item, list | dict) for item in sequence)
-        return super().represent_sequence(tag, sequence, flow_style=plain)
+class _Dumper(RowDumper):
+    """What both profiles share is written once."""
 
     def generate_anchor(self, node: Any) -> str:
         return super().generate_anchor(node).replace("id", "sim_")
