@@ -43,7 +43,7 @@ def adapter_out(robot: ServoStage) -> Shot:
 
 
 def faint_noise(share: float, robot: ServoStage) -> Shot:
-    """What is lost is repaired in the same tick, or what was measured before is repeated."""
+    """What is lost is asked for again in the same tick."""
     goal = robot.start_moving()
     before = int(robot.arm.order("wrong"))
     injected_ns = robot.order(f"noise {share}")
@@ -121,9 +121,9 @@ def overloaded(robot: ServoStage) -> Shot:
 
 
 CABLE_MS = 300.0
-"""lost_ticks and one more, of up to 25 ms each; then each silent servo is asked twice."""
+"""lost_ticks and one more, of up to 33 ms each; then each silent servo is asked twice."""
 ADAPTER_MS = 100.0
-"""A tick, both attempts to read, and what the emulator takes to end."""
+"""A tick, a read and another of one servo, and what the emulator takes to end."""
 OVERLOAD_MS = (ServoLimits().ticks + 3) * TICK_MS
 GAP, GAP_MS = "gap", 150.0
 STOP = "gate's stop"

@@ -109,6 +109,13 @@ def test_single_errors_of_the_bus_are_no_fault(sound: EmulatedArm, file: Path) -
         assert hal.read().positions == pytest.approx(HOME, abs=0.1)
 
 
+def test_a_wrong_byte_costs_no_row(sound: EmulatedArm, file: Path) -> None:
+    with backend(sound.port, file, answer_timeout_s=0.1) as hal:
+        sound.order("noise 0.05")
+        ticks(hal, 60)
+        assert int(sound.order("wrong")) > 10
+
+
 def test_rows_that_the_bus_lost_are_no_rows_that_acted(sound: EmulatedArm, file: Path) -> None:
     with backend(sound.port, file, answer_timeout_s=0.1) as hal:
         hal.read()

@@ -40,5 +40,5 @@ class So101Options(BaseModel):
     calibration: str = "so101"
     torque_off_at_exit: bool = False
     answer_timeout_s: float = Field(default=0.008, ge=0.001, le=1.0)
-    lost_ticks: int = Field(default=5, ge=0, le=100)
+    lost_ticks: int = Field(default=4, ge=0, le=100)
     limits: ServoLimits = ServoLimits()

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 
 RATE = 1_000_000
 MODEL = 777
-QUIET_S = 0.003
-"""After a failed read the other servos go on answering for so long."""
-_ATTEMPTS = 2
+_QUIET_S = 0.0005
+"""For so long each servo that was asked may go on answering after a failed read."""
+_AGAIN = 1.5
+"""Servos are asked again for so many times of what one answer may take."""
 _PATIENT_S = 0.05
 """For a servo to answer while nothing moves."""
 GOAL_POSITION = 42
@@ -67,21 +68,37 @@ class ServoBus:
         self._controller.set_timeout(self._timeout_s)
 
     def read(self) -> list[ServoReading]:
-        """Measure all servos by one read of the bus, tried again once.
+        """Measure all servos by one read of the bus; where it fails, each by one of its own.
+
+        A wrong byte spoils a read of all servos: another one would be lost more often.
 
         Raises:
-            LostAnswerError: no attempt succeeded.
+            LostAnswerError: a servo did not answer in time.
             HardwareError: the port is gone.
         """
-        reason = ""
-        for _ in range(_ATTEMPTS):
+        try:
+            return self._read(self._ids)
+        except LostAnswerError:
+            give_up_s = time.monotonic() + _AGAIN * self._timeout_s
+        return [self._read_one(one, give_up_s) for one in self._ids]
+
+    def _read_one(self, servo_id: int, give_up_s: float) -> ServoReading:
+        """One servo, asked until it answers, but not again after ``give_up_s`` (monotonic)."""
+        while True:
             try:
-                answers = self._controller.sync_read_raw_data_with_error(self._ids, FIRST, LENGTH)
-                return [servo_reading(bytes(data), error) for data, error in answers]
-            except (RuntimeError, OSError) as error:
-                reason = self._reason(error)
-                time.sleep(QUIET_S)
-        raise LostAnswerError(reason)
+                return self._read([servo_id])[0]
+            except LostAnswerError:
+                if time.monotonic() > give_up_s:
+                    raise
+
+    def _read(self, ids: Sequence[int]) -> list[ServoReading]:
+        try:
+            answers = self._controller.sync_read_raw_data_with_error(list(ids), FIRST, LENGTH)
+        except (RuntimeError, OSError) as error:
+            reason = self._reason(error)
+            time.sleep(len(ids) * _QUIET_S)
+            raise LostAnswerError(reason) from None
+        return [servo_reading(bytes(data), error) for data, error in answers]
 
     def write_all(self, address: int, size: int, values: Sequence[int]) -> None:
         """Write one number of ``size`` bytes into every servo, by one packet without an answer.

@@ -104,7 +104,7 @@ class So101Backend:
         )
 
     def read(self) -> Measurement:
-        """All servos; where both attempts are lost, what was measured the tick before.
+        """All servos; where one does not answer in time, what was measured the tick before.
 
         Raises:
             HardwareError: too many ticks were lost in a row, a servo is limp or has lost its

@@ -189,7 +189,8 @@ class AssemblerCore:
                 return self._repeat()
             if state.tick < now.tick:
                 return []
-        late = self._answers(self._unanswered(), give_up=True)
+        waiting = self._unanswered()
+        late = self._answers(waiting, give_up=True) if waiting else []
         joints = JointPositions(self._index, positions, velocities)
         self._moment = Moment(state.session, state.tick, state.episode_tick, joints)
         new = self._new_tick(self._moment, self._kinematics.poses(positions))
