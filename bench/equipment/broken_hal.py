@@ -23,7 +23,7 @@ from fairlead.hal.claims import ReleasedChunk
 from fairlead.hal.core import HalCore
 from fairlead.hal.host import HalHost
 from fairlead.hal.lease_follower import LeaseFollower
-from fairlead.hal.period_clock import PeriodClock
+from fairlead.hal.loop_state import PeriodClock
 from fairlead.hal.process import Equipment, run_hal
 from fairlead.hal.stop_register import StopRegister
 from fairlead.messages import FloatArray, HalPart, Lease, SafeChunk, floats, pack_floats

@@ -12,7 +12,7 @@ from pathlib import Path
 from bench.equipment.live_robot import wait_for
 from bench.tick_watch import Spent, spent
 from fairlead.errors import ServiceError
-from fairlead_tools.supervisor.die_with_parent import die_with_parent
+from fairlead_tools.supervisor.child import die_with_parent
 
 END_S, MOVES_S, SETTLE_S = 20.0, 40.0, 2.0
 LAST_LINES = 10

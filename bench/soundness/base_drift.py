@@ -24,7 +24,7 @@ from bench.soundness.attack import Parts
 from bench.soundness.gate_loop import GateLoop
 from fairlead.messages import FloatArray, Outcome
 from fairlead.modes import ControlMode
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_tools.measure.driven_robot import DrivenRobot, Moment, Tick
 
 TOOL, REST_TICKS, LEAST_SHARE = "grip_site", 25, 0.2

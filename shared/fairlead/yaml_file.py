@@ -1,4 +1,4 @@
-"""Read a YAML file into a frozen pydantic model, or say in one error what is wrong."""
+"""Read a YAML file into a frozen pydantic model, or say in one error what is wrong; write one."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel
@@ -187,3 +187,12 @@ def _story(path: Path, error: yaml.MarkedYAMLError) -> str:
     where = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
     context = f" ({error.context}, which begins in line {began.line + 1})" if began else ""
     return f"{path}{where}: not valid YAML: {error.problem}{context}"
+
+
+class RowDumper(yaml.SafeDumper):
+    """Numbers and names in a row stand on one line, as people write them."""
+
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
+        """On one line, unless there are rows in it."""
+        plain = all(not isinstance(item, list | dict) for item in sequence)
+        return super().represent_sequence(tag, sequence, flow_style=plain)

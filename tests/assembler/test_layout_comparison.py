@@ -5,7 +5,7 @@ import pytest
 from fairlead.errors import ConfigError, LayoutError
 from fairlead.skill.manifest import load_skill
 from fairlead.skill.state_contract import StateContract
-from fairlead_tools.cli.layout_comparison import FieldReport, verify_layout
+from fairlead_tools.parity.layout_comparison import FieldReport, verify_layout
 from tests.assembler.every_layout import LAYOUT_DIMS, LAYOUTS
 from tests.assembler.robot_feed import SKILL
 

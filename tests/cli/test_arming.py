@@ -27,7 +27,7 @@ from fairlead.messages import (
 from fairlead.operate.client import RobotClient
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead_tools.cli.arming import armed
-from fairlead_tools.cli.goals import new_episode
+from fairlead_tools.cli.episodes import new_episode
 from fairlead_tools.cli.status import outside_warnings
 
 

@@ -18,7 +18,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import GateState, StopLevel
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Qos
-from fairlead_tools.cli.eval_episodes import Episode
+from fairlead_tools.cli.episodes import Episode
 from fairlead_tools.cli.evaluate import _print, parse_seeds, wilson
 from fairlead_tools.supervisor.scratch import (
     ScratchOptions,

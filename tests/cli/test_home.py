@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fairlead.robot.home_pose import HomePose
 from fairlead.robot.manifest import load_robot
+from fairlead.robot.rules import HomePose
 from fairlead_tools.cli import jog
 
 KINOVA = load_robot("kinova3")

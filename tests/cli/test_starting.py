@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.deploy.process_table import process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry
-from fairlead_tools.cli.starting import wait_started
+from fairlead_tools.cli.running_deployments import wait_started
 
 OWN = process_id(os.getpid())
 assert OWN is not None

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
 from fairlead.operate.goal_hearing import Progress
-from fairlead_tools.cli.goals import goal_hints
+from fairlead_tools.cli.run import goal_hints
 from fairlead_tools.cli.status import full_disk, gate_lines
 
 

@@ -16,7 +16,7 @@ import yaml
 from bench.equipment.live_robot import wait_for
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.wire.session import ZenohBus
-from fairlead_tools.conformance.hal_check import HalCheck, Wish, ask_hal, check_hal
+from fairlead_tools.conformance.hal_check import CheckOptions, HalCheck, ask_hal, check_hal
 from fairlead_tools.supervisor.command_line import service_command
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.late_machine import is_busy
@@ -93,7 +93,7 @@ def check_running(running: RunningHal, only: tuple[str, ...]) -> HalCheck:
     hal = ask_hal(running.deployment)
     bus = ZenohBus(running.deployment.tool_endpoints("safety"))
     try:
-        wish = Wish(SHARE, HOLD_S, running.process.pid, "", is_simulator=True, only=only)
+        wish = CheckOptions(SHARE, HOLD_S, running.process.pid, "", is_simulator=True, only=only)
         return check_hal(bus, running.deployment, hal, wish, lambda text: None)
     finally:
         bus.close()

@@ -10,7 +10,7 @@ from fairlead.errors import ConfigError
 from fairlead.hal.process import Equipment, HalDriver
 from fairlead.paths import deployment_path
 from fairlead.robot.manifest import RobotManifest
-from fairlead_tools.cli import hal_check
+from fairlead_tools.cli import hal
 
 
 def deployment(name: str, run: str = "", profile: str = "sim") -> Deployment:
@@ -25,23 +25,23 @@ def deployment(name: str, run: str = "", profile: str = "sim") -> Deployment:
     [("so101_mujoco", ""), ("panda_mobile_sim", ""), ("so101_mujoco", "hal_kinematic")],
 )
 def test_simulators_that_ship_move_without_a_question(name: str, run: str) -> None:
-    assert hal_check.is_simulator(deployment(name, run))
+    assert hal.is_simulator(deployment(name, run))
 
 
 @pytest.mark.parametrize("run", ["hal_so101", "hal_ros2", "external"])
 def test_hals_of_robots_and_programs_are_no_simulators_on_any_profile(run: str) -> None:
-    assert not hal_check.is_simulator(deployment("so101_mujoco", run))
+    assert not hal.is_simulator(deployment("so101_mujoco", run))
 
 
 def test_a_simulator_under_limits_of_a_real_robot_is_none() -> None:
-    assert not hal_check.is_simulator(deployment("so101_mujoco", profile="hardware"))
+    assert not hal.is_simulator(deployment("so101_mujoco", profile="hardware"))
 
 
 def test_a_driver_that_does_not_say_what_it_is_counts_as_a_robots(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(hal_check, "hal_driver", lambda run, who: HalDriver(BaseModel, _equip))
-    assert not hal_check.is_simulator(deployment("so101_mujoco"))
+    monkeypatch.setattr(hal, "hal_driver", lambda run, who: HalDriver(BaseModel, _equip))
+    assert not hal.is_simulator(deployment("so101_mujoco"))
 
 
 def _equip(robot: RobotManifest, profile: str, options: BaseModel) -> Equipment:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from fairlead.hal.mujoco_ties import follow, joint_ties
+from fairlead.hal.mujoco_frames import follow, joint_ties
 from fairlead.robot.manifest import load_robot
 from tests.draft.drafting import Desk
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.hal.described_part import describe_part
+from fairlead.hal.backend import describe_part
 from fairlead.messages import HalStatus
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.draft.robot_check import check_robot

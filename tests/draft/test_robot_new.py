@@ -11,7 +11,7 @@ import yaml
 from fairlead.deploy.deployment import load_deployment
 from fairlead.paths import repo_root, robot_dir
 from fairlead.robot.manifest import load_robot
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from tests.cli.command import fairlead_here
 from tests.draft.drafting import EXAMPLE, Desk

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead_tools.draft.urdf_meshes import copied_urdf
+from fairlead_tools.draft.urdf_file import copied_urdf
 
 FOO, BAR = Path("ws/src/foo_description"), Path("ws/src/bar_description")
 

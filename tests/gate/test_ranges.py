@@ -15,8 +15,7 @@ from fairlead.hal.inbox import GATE_READS
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
 from fairlead.paths import gate_binary, gate_config, repo_root
 from fairlead.robot.capsules import MAX_CAPSULES, MAX_PAIRS
-from fairlead.robot.gate_capacity import MAX_FRAMES, MAX_NAME, MAX_SOURCE, MOST
-from fairlead.robot.gate_file import sealed
+from fairlead.robot.gate_file import MAX_FRAMES, MAX_NAME, MAX_SOURCE, MOST, sealed
 from fairlead.robot.mode_limits import MOST_GAIN
 from fairlead.robot.safety_profile import Protocol
 from fairlead.robot.surroundings import MAX_CORNERS, MAX_VOLUMES, MAX_ZONES

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.hal.backend import PartCommand
-from fairlead.hal.command_check import CommandCheck
+from fairlead.hal.backend import CommandCheck, PartCommand
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import load_robot
 

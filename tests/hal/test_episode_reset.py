@@ -10,7 +10,7 @@ from fairlead.errors import RefusedError
 from fairlead.hal import episode_reset
 from fairlead.hal.core import HalCore
 from fairlead.hal.episode_reset import SEEN_NS, SILENT_NS, EpisodeResetHandler
-from fairlead.hal.shared_core import SharedCore
+from fairlead.hal.inbox import SharedCore
 from fairlead.messages import GateState, ResetEpisode, ResetEpisodeReply, encode
 from tests.client.turns import turns
 from tests.hal.gate_messages import SESSION, lease

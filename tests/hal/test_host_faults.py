@@ -163,7 +163,7 @@ def test_a_backend_with_another_joint_order_is_refused_with_both_lists(tmp_path:
     log = MotionLog(tmp_path, SESSION, trace=False)
     settings = HostSettings("hal", KEYS, "realtime", SESSION)
     with pytest.raises(ConfigError, match=r"expected joints \['left', 'right'\], got \['base_x'"):
-        HalHost(settings, other, FailingBackend(), MemoryBus(), log)
+        HalHost(settings, other, FailingBackend(), MemoryBus(), log, suspended=int)
     log.close()
 
 

@@ -12,9 +12,8 @@ import pytest
 from fairlead.hal.backend import Measurement
 from fairlead.hal.core import HalCore
 from fairlead.hal.identity import HostSettings
-from fairlead.hal.inbox import HalInbox
+from fairlead.hal.inbox import HalInbox, SharedCore
 from fairlead.hal.lease_follower import LeaseFollower
-from fairlead.hal.shared_core import SharedCore
 from fairlead.hal.tick_publisher import TickPublisher
 from fairlead.keys import Keys
 from fairlead.messages import JointState, Lease, decode, encode

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fairlead.hal.claims import ClaimTable, decode_released
-from fairlead.hal.lease_follower import LeaseFollower
-from fairlead.hal.one_gate import OneGate
+from fairlead.hal.lease_follower import LeaseFollower, OneGate
 from fairlead.messages import SafeChunk
 from tests.hal.gate_messages import CLAIM, EPOCH, N_DOF, PARTS, SESSION, chunk, lease
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fairlead.hal.period_clock import PeriodClock
+from fairlead.hal.loop_state import PeriodClock
 from tests.hal.gate_messages import MS
 
 

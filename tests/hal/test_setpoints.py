@@ -10,8 +10,7 @@ import yaml
 
 from fairlead.errors import ConfigError
 from fairlead.hal.backend import PartCommand
-from fairlead.hal.setpoint_limits import SetpointLimits
-from fairlead.hal.setpoints import Setpoints
+from fairlead.hal.setpoints import SetpointLimits, Setpoints
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir

@@ -8,7 +8,7 @@ from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError
 from fairlead.robot.manifest import load_robot
 from fairlead_hal_sim.driver import DRIVER
-from fairlead_hal_sim.hal_options import HalSimOptions
+from fairlead_hal_sim.options import HalSimOptions
 
 
 def test_a_backend_is_refused_naming_the_hal_to_run_instead() -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fairlead.hal.core import HalCore
 from fairlead.hal.identity import HostSettings
-from fairlead.hal.shared_core import SharedCore
-from fairlead.hal.stop_publisher import StopPublisher
+from fairlead.hal.inbox import SharedCore
+from fairlead.hal.status_and_stops import StopPublisher
 from fairlead.keys import Keys
 from fairlead.messages import StopLevel, decode
 from fairlead.wire.memory_bus import MemoryBus

@@ -10,7 +10,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
 
 ROBOT = load_robot("panda_mobile")

@@ -8,8 +8,7 @@ import yaml
 
 from bench.equipment.expert_episode import commands
 from fairlead.errors import ConfigError
-from fairlead.hal.backend import PartCommand
-from fairlead.hal.command_check import CommandCheck
+from fairlead.hal.backend import CommandCheck, PartCommand
 from fairlead.messages import FloatArray, floats
 from fairlead.modes import ControlMode
 from fairlead.paths import robot_dir

@@ -14,7 +14,7 @@ from fairlead.modes import GATED_MODES
 from fairlead_hal_kinematic.options import KinematicOptions
 from fairlead_hal_mujoco.options import MujocoOptions
 from fairlead_hal_ros2.options import Ros2Options
-from fairlead_hal_sim.hal_options import HalSimOptions
+from fairlead_hal_sim.options import HalSimOptions
 from fairlead_hal_so101.options import So101Options
 from tests.repo.tree import ROOT
 

@@ -14,7 +14,7 @@ from fairlead.skill.routes import Route, resolve_routes
 from fairlead.skill.slots import Slot
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend
 from fairlead_hal_mujoco.options import MujocoOptions
-from fairlead_skill_runner.free_axes import free_axes
+from fairlead_skill_runner.run_setup import free_axes
 
 
 def five_joints() -> RobotManifest:

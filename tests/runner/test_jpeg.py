@@ -16,8 +16,8 @@ from fairlead.errors import MessageError
 from fairlead.jpeg import as_jpeg, decoded
 from fairlead.messages import Image
 from fairlead.skill.image_spec import ImageSpec
-from fairlead_skill_runner.frame_history import contrast
 from fairlead_skill_runner.observation_buffer import ObservationBuffer
+from fairlead_skill_runner.tick_history import contrast
 from tests.runner.scripted_robot import SESSION, SKILL, layout
 
 RNG = np.random.default_rng(23)

@@ -140,7 +140,7 @@ def test_a_model_that_is_not_the_described_arm_is_refused(
     assert link is not None
     moved = link[0].replace(link[1], f"{float(link[1]) + 0.005}")
     model.write_text(text.replace(link[0], moved), encoding="utf-8")
-    monkeypatch.setattr("fairlead.hal.model_kinematics.robot_dir", lambda _: copied)
+    monkeypatch.setattr("fairlead.hal.tool_motion.robot_dir", lambda _: copied)
     with backend(sound.port, file) as hal:
         here = hal.read().positions
         with pytest.raises(ConfigError, match="frame wrist_link: 5 mm"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fairlead_tools.supervisor.backoff import (
+from fairlead_tools.supervisor.slot import (
     FIRST_DELAY_S,
     FORGIVEN_AFTER_S,
     LONGEST_DELAY_S,

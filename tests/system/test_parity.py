@@ -14,8 +14,7 @@ import yaml
 from bench.equipment.rendering import CAN_RENDER
 from fairlead.paths import deployment_path, rskill_dir
 from fairlead_tools.parity import plain_episodes
-from fairlead_tools.parity.comparison import compare
-from fairlead_tools.parity.episode_trace import EpisodeTrace
+from fairlead_tools.parity.episode_trace import EpisodeTrace, compare
 from tests.cli.command import fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]

@@ -26,8 +26,8 @@ from bench.faults.timer_process import TimerProcess
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import repo_root
 from fairlead_skill_runner.trace import read_trace
-from fairlead_tools.parity.comparison import compare
 from fairlead_tools.parity.deployed_episode import deployed_episodes, read_episode
+from fairlead_tools.parity.episode_trace import compare
 from tests.system.two_hosts import RUN, SKILL, TwoHosts, two_hosts
 from tests.system.two_networks import TwoNetworks, two_networks
 

@@ -18,9 +18,8 @@ from fairlead.modes import ControlMode
 from fairlead.paths import repo_root, robot_dir
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_hal_sim.driver import DRIVER
-from fairlead_hal_sim.hal_options import HalSimOptions
 from fairlead_hal_sim.introspection import simulator_slot
-from fairlead_hal_sim.options import SimulatorOptions
+from fairlead_hal_sim.options import HalSimOptions, SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.snapshot import restore_snapshot, take_snapshot
 from fairlead_tools.supervisor.this_host import free_ports

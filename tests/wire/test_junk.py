@@ -9,7 +9,7 @@ import pytest
 from fairlead.errors import RefusedError
 from fairlead.messages import Arm, Heartbeat, Message, decode
 from fairlead.wire.bus import Qos, Sample
-from fairlead.wire.dropped import dropping
+from fairlead.wire.failures import dropping
 from tests.wire.pair import DEADLINE_S, Pair
 
 

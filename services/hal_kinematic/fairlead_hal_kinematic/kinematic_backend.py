@@ -27,7 +27,7 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 
 
 def finger_shares(robot: RobotManifest) -> FloatArray:

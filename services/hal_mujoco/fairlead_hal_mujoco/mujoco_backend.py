@@ -15,19 +15,17 @@ from fairlead.hal.backend import (
     Measurement,
     PartCommand,
     TaskReading,
+    describe_part,
 )
-from fairlead.hal.described_part import describe_part
 from fairlead.hal.interpolation import interpolator_of
-from fairlead.hal.model_joints import find_sources
-from fairlead.hal.model_kinematics import FrameKinematics
 from fairlead.hal.mujoco_frames import ContactWatch, MujocoFrames, base_body
+from fairlead.hal.mujoco_joints import find_sources
 from fairlead.hal.setpoints import Setpoints
-from fairlead.hal.tool_motion import ToolMotion
+from fairlead.hal.tool_motion import FrameKinematics, ToolMotion
 from fairlead.messages import FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest
-from fairlead_hal_mujoco.key_poses import GOAL_KEY, HOME_KEY, GoalPose, key_qpos
-from fairlead_hal_mujoco.model_file import load_model
+from fairlead_hal_mujoco.model_file import GOAL_KEY, HOME_KEY, GoalPose, key_qpos, load_model
 from fairlead_hal_mujoco.options import MujocoOptions
 
 NO_ROTATION = np.array([0.0, 0.0, 0.0, 1.0])

@@ -8,7 +8,7 @@ from pathlib import Path
 import mujoco
 
 from fairlead.errors import ConfigError, HardwareError
-from fairlead.hal.model_joints import find_source
+from fairlead.hal.mujoco_joints import find_source
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_mujoco.model_file import load_model
 from fairlead_hal_mujoco.mujoco_backend import MujocoBackend

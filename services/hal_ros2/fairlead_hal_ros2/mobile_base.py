@@ -9,14 +9,14 @@ import numpy as np
 
 from fairlead.errors import ConfigError, MessageError, expected
 from fairlead.hal.backend import FramePose, PartCommand
-from fairlead.hal.setpoint_limits import SetpointLimits
+from fairlead.hal.setpoints import SetpointLimits
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.ros2.messages import TWIST, MessageTypes, stamp_ns_of
+from fairlead_hal_ros2.frames import frame_pose
 from fairlead_hal_ros2.joint_states import Lateness
 from fairlead_hal_ros2.options import BaseTopics
-from fairlead_hal_ros2.poses import frame_pose
 
 PLANE = [0, 1, 5]
 """Of a twist: what a base that drives in a plane can do, x, y and yaw."""

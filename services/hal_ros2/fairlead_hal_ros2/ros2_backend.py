@@ -9,8 +9,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fairlead.errors import ConfigError, FairleadError, ServiceError, expected
-from fairlead.hal.backend import BackendDescription, FramePose, Measurement, PartCommand
-from fairlead.hal.described_part import describe_part
+from fairlead.hal.backend import (
+    BackendDescription,
+    FramePose,
+    Measurement,
+    PartCommand,
+    describe_part,
+)
 from fairlead.hal.setpoints import Setpoints
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest

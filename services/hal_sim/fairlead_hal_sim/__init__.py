@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from fairlead_hal_sim.camera_process import CameraProcess, start_camera_process
     from fairlead_hal_sim.environment import gripper_names, make_environment
-    from fairlead_hal_sim.hal_options import HalSimOptions
-    from fairlead_hal_sim.options import SimulatorOptions
+    from fairlead_hal_sim.options import HalSimOptions, SimulatorOptions
     from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 
 __all__ = [
@@ -28,7 +27,7 @@ __all__ = [
 ]
 _HOME = {
     "CameraProcess": "camera_process",
-    "HalSimOptions": "hal_options",
+    "HalSimOptions": "options",
     "RobosuiteBackend": "robosuite_backend",
     "SimulatorOptions": "options",
     "gripper_names": "environment",

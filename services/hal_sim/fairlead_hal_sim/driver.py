@@ -6,7 +6,7 @@ from fairlead.hal.backend import CameraFeed
 from fairlead.hal.process import Equipment, HalDriver
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_sim.camera_process import start_camera_process
-from fairlead_hal_sim.hal_options import HalSimOptions
+from fairlead_hal_sim.options import HalSimOptions
 
 
 def _equip(robot: RobotManifest, profile: str, options: HalSimOptions) -> Equipment:
@@ -16,8 +16,7 @@ def _equip(robot: RobotManifest, profile: str, options: HalSimOptions) -> Equipm
     # robosuite's base controller turns what it is told against the measured yaw.
     check_command_frame(robot, profile, "hal_sim", "against_yaw")
     from fairlead_hal_sim.environment import leave_out_observations
-    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-    from fairlead_hal_sim.robosuite_trace import RobosuiteTrace
+    from fairlead_hal_sim.robosuite_backend import RobosuiteBackend, RobosuiteTrace
 
     backend = RobosuiteBackend(options, robot.tick_period_ns, robot)
     leave_out_observations(backend.env)

@@ -154,7 +154,7 @@ def _joint_values(
 ) -> tuple[FloatArray, npt.NDArray[np.intp]]:
     """Values of the active joints, and which of the slot's inputs they drive.
 
-    That they are this part's the host has checked (`fairlead.hal.command_check`).
+    That they are this part's the host has checked (`fairlead.hal.backend`).
     """
     if not command.active:
         own = [joint_names[joint] for joint in slot.joints]

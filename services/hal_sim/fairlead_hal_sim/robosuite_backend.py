@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import (
@@ -35,6 +36,7 @@ from fairlead_hal_sim.snapshot import take_snapshot
 
 if TYPE_CHECKING:
     from fairlead.hal.mujoco_frames import ContactWatch, MujocoFrames
+
 
 _LOG = logging.getLogger("hal.robosuite")
 
@@ -268,3 +270,20 @@ def _cameras(env: Any, options: SimulatorOptions) -> tuple[HalCamera, ...]:
         HalCamera(name=c.name, width=c.width, height=c.height, period_ticks=c.period_ticks)
         for c in options.cameras
     )
+
+
+class RobosuiteTrace:
+    """Implements `fairlead.hal.backend.TraceSource`."""
+
+    def __init__(self, backend: RobosuiteBackend) -> None:
+        self._backend = backend
+
+    def packed(self) -> npt.NDArray[np.float32]:
+        """The float32 vector of the newest ``env.step``; empty before an episode's first."""
+        packed = self._backend.last_packed
+        return np.zeros(0, dtype=np.float32) if packed is None else packed.copy()
+
+    def generalized_state(self) -> tuple[FloatArray, FloatArray]:
+        """MuJoCo's ``qpos`` and ``qvel`` now, in the model's order."""
+        data = self._backend.env.sim.data
+        return np.array(data.qpos, dtype=np.float64), np.array(data.qvel, dtype=np.float64)

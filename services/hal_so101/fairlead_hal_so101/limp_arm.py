@@ -7,9 +7,8 @@ import numpy as np
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
-from fairlead_hal_so101.calibrated_bus import calibrated_bus
 from fairlead_hal_so101.calibration import calibration_path, load_calibration
-from fairlead_hal_so101.servo_bus import LostAnswerError
+from fairlead_hal_so101.servo_bus import LostAnswerError, calibrated_bus
 from fairlead_hal_so101.servo_reading import ServoFault, ServoReading
 
 ANSWER_TIMEOUT_S = 0.05

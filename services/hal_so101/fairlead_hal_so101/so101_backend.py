@@ -15,20 +15,17 @@ from fairlead.hal.backend import (
     NotCarriedOutError,
     PartCommand,
     TaskReading,
+    describe_part,
 )
-from fairlead.hal.described_part import describe_part
-from fairlead.hal.model_kinematics import robot_kinematics
 from fairlead.hal.setpoints import Setpoints
-from fairlead.hal.tool_motion import ToolMotion
+from fairlead.hal.tool_motion import ToolMotion, robot_kinematics
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.profile_limits import profile_limits
-from fairlead_hal_so101.calibrated_bus import calibrated_bus
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_hal_so101.calibration import STEPS_PER_RAD, Calibration, calibration_path
 from fairlead_hal_so101.options import So101Options
-from fairlead_hal_so101.servo_bus import GOAL_POSITION, LostAnswerError
-from fairlead_hal_so101.servo_health import ServoHealth
-from fairlead_hal_so101.servo_reading import STALL_NM, ServoReading
+from fairlead_hal_so101.servo_bus import GOAL_POSITION, LostAnswerError, calibrated_bus
+from fairlead_hal_so101.servo_reading import STALL_NM, ServoHealth, ServoReading
 
 _LOG = logging.getLogger("hal.so101")
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from fairlead.messages import ActionPart, Outcome, Verdict
 from fairlead.wire.verdict_text import describe
-from fairlead_skill_runner.late_answer import late_words
 from fairlead_skill_runner.seam import ReleasedRows
 
 NEVER_ADMITTED = range(2, 6)
@@ -152,3 +151,25 @@ class ChunkTracker:
             return chunk.payload
         late = not self.answered and (tick > chunk.sent_tick or repeated)
         return chunk.payload if late and tick <= chunk.last_row_tick else None
+
+
+TOO_OLD = 6
+"""G006."""
+
+
+def late_words(verdict: Verdict, waited_ticks: int, took_s: float, period_s: float) -> str:
+    """To go behind a verdict's words; "" where no slow policy is the cause.
+
+    Args:
+        waited_ticks: from the observation to the chunk.
+        took_s: the policy's answer.
+        period_s: a control period.
+    """
+    if verdict.code != TOO_OLD or verdict.value <= verdict.limit or waited_ticks <= 0:
+        return ""
+    # The rest of the age: inputs that were old when the policy was asked, and the way to the gate.
+    may_s = max(0.0, verdict.limit - (verdict.value - waited_ticks)) * period_s
+    return (
+        f"; the policy is slow: it answered after {took_s:.2f} s and has {may_s:.2f} s: "
+        f"age_max_ticks, {verdict.limit:g} of {period_s * 1000:g} ms, less the age of its inputs"
+    )

@@ -1,9 +1,10 @@
-"""Taking a claim from the gate and giving it back."""
+"""Taking a claim from the gate and giving it back; after a stop nothing begins."""
 
 from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 from contextlib import suppress
 
 from fairlead.errors import FairleadError, RefusedError
@@ -12,7 +13,10 @@ from fairlead.messages import (
     Claim,
     ClaimReply,
     Done,
+    GateState,
     GateStatus,
+    GoalResult,
+    Lease,
     LimitOverride,
     Release,
     StatusQuery,
@@ -23,6 +27,7 @@ from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus
 from fairlead.wire.on_loop import ask
 from fairlead.wire.verdict_text import why_not_armed
+from fairlead_skill_runner import results
 
 QUERY_TIMEOUT_S = 2.0
 _RETRY_S = 0.1
@@ -117,3 +122,61 @@ async def gate_status(bus: Bus, keys: Keys) -> GateStatus | None:
         return await ask(bus, keys.gate_status, StatusQuery(), GateStatus, QUERY_TIMEOUT_S)
     except FairleadError:
         return None
+
+
+class BeforeClaim:
+    """A goal takes its claim only if the gate has stayed as it was when the goal came.
+
+    Each arming begins another epoch, and only an armed gate grants claims: one of the same epoch
+    says that there was no stop, latch or disarm. Leases say so earlier. They can be late, so
+    what they say is asked of the gate itself.
+
+    Args:
+        gate: its answer when the goal came; None: none, and no claim is taken.
+        end: called on the loop, with how the goal ends.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        keys: Keys,
+        tasks: asyncio.TaskGroup,
+        gate: GateStatus | None,
+        end: Callable[[GoalResult], None],
+    ) -> None:
+        self._bus, self._keys, self._tasks = bus, keys, tasks
+        self._gate, self._end = gate, end
+        self._asking = self._is_over = False
+
+    def on_lease(self, lease: Lease) -> None:
+        """Ask the gate if the lease is another one's than it was."""
+        if self._has_left(lease) and not (self._asking or self._is_over):
+            self._asking = True
+            self._tasks.create_task(self._ask(), name="gate of a goal without a claim")
+
+    def over(self) -> None:
+        """The goal has its claim, or has ended: ask no more."""
+        self._is_over = True
+
+    def refusal(self, claim: ClaimReply) -> GoalResult | None:
+        """How the goal ends, if it must not use this claim."""
+        same = self._gate is not None and claim.epoch == self._gate.epoch
+        return None if same else results.gate_left(self._what())
+
+    async def _ask(self) -> None:
+        now = await gate_status(self._bus, self._keys)
+        self._asking = False  # without an answer the next lease asks again
+        if now is not None and self._has_left(now) and not self._is_over:
+            self._end(results.gate_left(self._what(), why_not_armed(now)))
+
+    def _has_left(self, now: Lease | GateStatus) -> bool:
+        if self._gate is None or now.epoch != self._gate.epoch:
+            return True
+        return self._gate.state == GateState.ARMED and now.state != GateState.ARMED
+
+    def _what(self) -> str:
+        if self._gate is None:
+            return "the gate did not answer when the goal came"
+        if self._gate.state == GateState.ARMED:
+            return "the gate has not stayed armed since the goal came"
+        return "the gate was not armed when the goal came"

@@ -15,6 +15,7 @@ from typing import NoReturn
 import numpy as np
 
 from fairlead.messages import (
+    GoalFeedback,
     GoalResult,
     HalStatus,
     Image,
@@ -194,3 +195,26 @@ def _take(core: RunCore, message: Message, now_s: float) -> Sequence[Output]:
         case HalStatus():
             return core.on_hal_status(message)
     raise TypeError(f"a goal takes no {type(message).__name__}")
+
+
+def no_goal(source: str) -> GoalFeedback:
+    """What a runner says of its goal before the first."""
+    return as_feedback(source, 0, "", Progress("idle"), None)
+
+
+def as_feedback(
+    source: str, goal_id: int, skill: str, progress: Progress, result: GoalResult | None
+) -> GoalFeedback:
+    """How a goal stands."""
+    return GoalFeedback(
+        source=source,
+        goal_id=goal_id,
+        skill=skill,
+        phase=progress.phase,
+        tick=progress.tick,
+        queue_depth=progress.queue_depth,
+        inferences=progress.inferences,
+        starved=progress.starved,
+        last_refusal=progress.last_refusal,
+        result=result,
+    )

@@ -27,17 +27,16 @@ from fairlead.skill.routes import Route
 from fairlead.wire.bus import Bus, Publisher
 from fairlead.wire.on_loop import ask
 from fairlead_skill_runner import results
-from fairlead_skill_runner.before_claim import BeforeClaim
 from fairlead_skill_runner.claims import (
     QUERY_TIMEOUT_S,
+    BeforeClaim,
     claim_request,
     gate_cause,
     live_claims,
     release_claim,
     take_claim,
 )
-from fairlead_skill_runner.goal_executor import GoalExecutor, Progress
-from fairlead_skill_runner.goal_feedback import as_feedback
+from fairlead_skill_runner.goal_executor import GoalExecutor, Progress, as_feedback
 from fairlead_skill_runner.policy_worker import PolicyWorker
 from fairlead_skill_runner.run_setup import RunSetup
 from fairlead_skill_runner.trace import TraceWriter

@@ -33,8 +33,11 @@ from fairlead_skill_runner.candidate import candidate
 from fairlead_skill_runner.chunk_tracker import ChunkTracker
 from fairlead_skill_runner.fitted_rows import FitCounts, fitted
 from fairlead_skill_runner.gate_feedback import GateFeedback
-from fairlead_skill_runner.layout_watch import LayoutWatch
-from fairlead_skill_runner.observation_buffer import ObservationBuffer, TimedObservation
+from fairlead_skill_runner.observation_buffer import (
+    LayoutWatch,
+    ObservationBuffer,
+    TimedObservation,
+)
 from fairlead_skill_runner.observation_schedule import ObservationSchedule
 from fairlead_skill_runner.run_outputs import AskPolicy, Output, PolicyAnswer, SendChunk
 from fairlead_skill_runner.run_setup import RunSetup
@@ -54,23 +57,18 @@ class RunCore:
         self.starved = 0
         self.last_refusal = ""
         self.phase = "running"
-        self._chunks = ChunkTracker(1.0 / (setup.skill.rate_hz * setup.periods), setup.first_seq)
+        rate_hz = setup.skill.rate_hz * setup.periods
+        self._chunks = ChunkTracker(1.0 / rate_hz, setup.first_seq)
         self._watch = ClaimWatch(setup.source, setup.claim_id, setup.epoch, setup.session)
         self._inputs = ObservationBuffer(
-            setup.skill,
-            setup.prompt,
-            setup.camera_periods,
-            exact=setup.lockstep,
-            has_task=setup.has_task,
-            periods=setup.periods,
-        )
+            setup.skill, setup.prompt, setup.camera_periods, exact=setup.lockstep,
+            has_task=setup.has_task, periods=setup.periods,
+        )  # fmt: skip
         self._asked: TimedObservation | None = None
         self._asked_s = 0.0
         self._progress_s = now_s
         self._schedule = ObservationSchedule(setup.skill.execute_steps * setup.periods)
-        self._layouts = LayoutWatch(
-            lockstep=setup.lockstep, rate_hz=setup.skill.rate_hz * setup.periods
-        )
+        self._layouts = LayoutWatch(lockstep=setup.lockstep, rate_hz=rate_hz)
         self._feedback = GateFeedback(setup.routes, setup.periods)
         self._fits = FitCounts(setup.routes)
         self._positions = np.zeros(0)  # of the measured joints in the newest tick

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 
@@ -12,7 +12,6 @@ from fairlead.robot.free_axes import FreeAxes
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route
-from fairlead_skill_runner.free_axes import free_axes
 
 
 @dataclass(frozen=True)
@@ -97,3 +96,12 @@ class RunSetup:
             trace_id=secrets.token_bytes(16),
             camera_periods={camera.name: camera.period_ticks for camera in hal.cameras},
         )
+
+
+def free_axes(routes: Sequence[Route], robot: RobotManifest) -> dict[int, FreeAxes]:
+    """By the part's number, for each route that leaves axes free."""
+    return {
+        one.part: FreeAxes(robot, robot.parts[one.part], one.frame_id, one.columns)
+        for one in routes
+        if one.leaves_axes_free
+    }

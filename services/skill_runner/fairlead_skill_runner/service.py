@@ -7,9 +7,10 @@ import logging
 import secrets
 from pathlib import Path
 
-from fairlead.errors import FairleadError, RefusedError
+from fairlead.errors import ConfigError, FairleadError, RefusedError
 from fairlead.jpeg import decoded
 from fairlead.messages import (
+    NO_HASH,
     ActionChunk,
     Cancel,
     Done,
@@ -36,8 +37,7 @@ from fairlead.skill.manifest import SkillManifest
 from fairlead.wire.bus import Qos, Sample
 from fairlead.wire.on_loop import call_on
 from fairlead_skill_runner.claims import gate_status
-from fairlead_skill_runner.goal_check import check_goal
-from fairlead_skill_runner.goal_feedback import no_goal
+from fairlead_skill_runner.goal_executor import no_goal
 from fairlead_skill_runner.goal_run import GoalRun, Surroundings
 from fairlead_skill_runner.offered_skills import OfferedSkills
 from fairlead_skill_runner.policy_worker import PolicyWorker
@@ -265,3 +265,16 @@ class SkillRunner:
         if last is not None and feedback.last_refusal not in ("", last[2]):
             self._log.warning("%s", feedback.last_refusal)
         self._published, self._quiet_s = seen, 0.0
+
+
+def check_goal(goal: Goal, skill: SkillManifest) -> None:
+    """Raise `ConfigError` for a goal whose numbers cannot be meant, or for another manifest."""
+    if not 0.0 < goal.stall_timeout_s < float("inf"):
+        raise ConfigError(
+            f"goal: stall_timeout_s: expected more than 0 s, got {goal.stall_timeout_s:g}"
+        )
+    if goal.skill_hash not in (NO_HASH, skill.skill_hash):
+        raise ConfigError(
+            f"goal: skill {skill.id}: expected the manifest {skill.skill_hash.hex()[:16]} this "
+            f"runner has loaded, got {goal.skill_hash.hex()[:16]}"
+        )

@@ -13,8 +13,8 @@ from fairlead.hal.backend import (
     Measurement,
     PartCommand,
     TaskReading,
+    describe_part,
 )
-from fairlead.hal.described_part import describe_part
 
 __all__ = [
     "Backend",

@@ -16,8 +16,7 @@ from typing import Literal
 
 from fairlead.hal.backend import PartCommand
 from fairlead.hal.claims import ClaimRows, ClaimTable, ReleasedChunk, decode_released
-from fairlead.hal.lease_follower import LEASE_LIFE_NS, SECOND_GATE, LeaseFollower
-from fairlead.hal.one_gate import OneGate, foreign
+from fairlead.hal.lease_follower import LEASE_LIFE_NS, SECOND_GATE, LeaseFollower, OneGate, foreign
 from fairlead.hal.stop_register import StopRegister
 from fairlead.messages import (
     HELD,

@@ -10,7 +10,7 @@ from threading import Lock
 
 from fairlead.errors import RefusedError
 from fairlead.hal.core import HalCore
-from fairlead.hal.shared_core import SharedCore
+from fairlead.hal.inbox import SharedCore
 from fairlead.messages import GateState, ResetEpisode, ResetEpisodeReply, decode
 
 DISARMED_WAIT_S = 0.2

@@ -16,18 +16,19 @@ from fairlead.deploy.service_manager import Pulse
 from fairlead.errors import FairleadError
 from fairlead.hal.backend import Backend, CameraFeed, Measurement, TraceSource
 from fairlead.hal.core import HalCore, TickPlan, Wait
-from fairlead.hal.episode import Episode
 from fairlead.hal.episode_reset import EpisodeResetHandler
 from fairlead.hal.identity import HalIdentity, HostSettings
-from fairlead.hal.inbox import HalInbox
+from fairlead.hal.inbox import HalInbox, SharedCore
 from fairlead.hal.lease_follower import OTHER_LIMITS
-from fairlead.hal.period_clock import PeriodClock
+from fairlead.hal.loop_state import Episode, PeriodClock
 from fairlead.hal.plan_executor import FaultHold, MotionLog, PlanExecutor
-from fairlead.hal.shared_core import SharedCore
-from fairlead.hal.status_publisher import HalState, StatusPublisher
-from fairlead.hal.stop_publisher import REPEAT_NS as STOP_REPEAT_NS
-from fairlead.hal.stop_publisher import StopPublisher, names_of
-from fairlead.hal.suspension import SUSPENDED_NS, suspended_ns
+from fairlead.hal.status_and_stops import (
+    STOP_REPEAT_NS,
+    HalState,
+    StatusPublisher,
+    StopPublisher,
+    names_of,
+)
 from fairlead.hal.tick_publisher import FrameSource, TickPublisher
 from fairlead.messages import GateState, Hold, ResetEpisode
 from fairlead.reason_text import reason_of, short_text
@@ -37,6 +38,8 @@ _LOG = logging.getLogger("hal.host")
 
 REPEAT_NS = 100_000_000
 """Lockstep: a waiting or paused world publishes its tick again this often."""
+SUSPENDED_NS = 10_000_000
+"""More than clocks that are read one after the other differ by."""
 
 
 class HalHost:
@@ -68,7 +71,8 @@ class HalHost:
         feed: CameraFeed | None = None,
         trace: TraceSource | None = None,
         clock: Callable[[], int] = time.monotonic_ns,
-        suspended: Callable[[], int] = suspended_ns,
+        *,
+        suspended: Callable[[], int],
         pulse: Pulse | None = None,
     ) -> None:
         found = backend.describe()
@@ -96,14 +100,7 @@ class HalHost:
         self._status = StatusPublisher(bus, settings, identity, found)
         shown = trace if log.traces else None
         self._executor = PlanExecutor(
-            backend,
-            settings,
-            identity,
-            self._core,
-            self._stops,
-            log,
-            shown,
-            clock,
+            backend, settings, identity, self._core, self._stops, log, shown, clock
         )
         self.resets = EpisodeResetHandler(self._core, settings.service)
         self._inbox = HalInbox(self._core, bus, settings.keys, clock, self._ticks.is_own)

@@ -17,8 +17,7 @@ from typing import TextIO
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
-from fairlead.hal.backend import BackendDescription, Measurement
-from fairlead.hal.command_check import CommandCheck
+from fairlead.hal.backend import BackendDescription, CommandCheck, Measurement
 from fairlead.hal.core import Pacing
 from fairlead.keys import Keys, last_chunk
 from fairlead.messages import NO_HASH, FloatArray

@@ -6,7 +6,7 @@ the model does, and its base frame is the model's world.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -14,7 +14,6 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import FramePose
-from fairlead.hal.mujoco_ties import follow, joint_ties
 from fairlead.messages import FloatArray
 from fairlead.robot.description import description_tree
 from fairlead.robot.manifest import RobotManifest
@@ -223,3 +222,34 @@ def _address(model: mujoco.MjModel, name: str, joint: str, who: str) -> int:
             expected(who, f"a joint of the model for joint {joint}", repr(name), valid)
         )
     return int(model.jnt_qposadr[index])
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Number of the joint that follows another, and the polynomial by which it does."""
+
+    follower: int
+    leader: int
+    polynomial: FloatArray
+
+
+def joint_ties(model: mujoco.MjModel, told: Collection[int]) -> list[Tie]:
+    """What follows the joints that are told, by number, leaders before what follows them."""
+    every = [
+        Tie(int(model.eq_obj1id[one]), int(model.eq_obj2id[one]), model.eq_data[one, :5])
+        for one in range(model.neq)
+        if model.eq_type[one] == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[one]
+    ]
+    found, known = list[Tie](), set(told)
+    while new := [one for one in every if one.leader in known and one.follower not in known]:
+        found += new
+        known.update(one.follower for one in new)
+    return found
+
+
+def follow(model: mujoco.MjModel, qpos: FloatArray, ties: Sequence[Tie]) -> None:
+    """Move what is tied to where its leaders stand."""
+    for tie in ties:
+        follower, leader = model.jnt_qposadr[[tie.follower, tie.leader]]
+        moved = qpos[leader] - model.qpos0[leader]
+        qpos[follower] = model.qpos0[follower] + np.polyval(tie.polynomial[::-1], moved)

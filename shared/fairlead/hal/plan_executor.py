@@ -16,9 +16,9 @@ from fairlead.errors import ConfigError
 from fairlead.hal.backend import Backend, NotCarriedOutError, TraceSource
 from fairlead.hal.core import TickPlan
 from fairlead.hal.identity import HalIdentity, HostSettings
+from fairlead.hal.inbox import SharedCore
 from fairlead.hal.lease_follower import LEASE_LIFE_NS
-from fairlead.hal.shared_core import SharedCore
-from fairlead.hal.stop_publisher import StopPublisher
+from fairlead.hal.status_and_stops import StopPublisher
 from fairlead.line_writer import LineWriter
 from fairlead.messages import Acted, FloatArray, Hold
 from fairlead.reason_text import reason_of

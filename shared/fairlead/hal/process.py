@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import secrets
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -13,7 +14,7 @@ from pydantic import BaseModel
 
 from fairlead.hal.backend import Backend, CameraFeed, FrameModel, TraceSource
 from fairlead.hal.frame_check import check_frames
-from fairlead.hal.host import HalHost
+from fairlead.hal.host import SUSPENDED_NS, HalHost
 from fairlead.hal.identity import (
     HostSettings,
     hold_robot,
@@ -113,7 +114,7 @@ def _tick(
             log.info(check_frames(robot, equipment.frames, here, context.name, stands="the start"))
         host = HalHost(
             settings, identity, equipment.backend, context.bus, motion, equipment.feed,
-            equipment.trace, pulse=context.pulse,
+            equipment.trace, suspended=suspended_ns, pulse=context.pulse,
         )  # fmt: skip
     except BaseException:
         equipment.backend.close()
@@ -126,3 +127,12 @@ def _tick(
     host.run(ending)
     for one in resets:
         one.undeclare()
+
+
+def suspended_ns() -> int:
+    """How long this computer has been suspended, in all: the monotonic clock stands still then."""
+    while True:
+        before_ns = time.monotonic_ns()
+        counted_ns = time.clock_gettime_ns(time.CLOCK_BOOTTIME)
+        if time.monotonic_ns() - before_ns < SUSPENDED_NS:  # else this process had to wait
+            return counted_ns - before_ns

@@ -9,14 +9,77 @@ import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import PartCommand
-from fairlead.hal.setpoint_limits import SetpointLimits
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
+from fairlead.robot.safety_profile import profile_limits
 
 TRAVEL_SHARE = 0.9
 """Of its speed limit: a gripper's servo overshoots by up to 7 % where it turns back."""
+TOOL_SHARE = 0.95
+"""Of its speed limit, at which a tool's motion moves a joint: its servo is up to 2 % faster."""
+LEAD_PERIODS = 2.0
+"""Periods of full speed by which a moving setpoint may lead its joint."""
+
+
+class SetpointLimits:
+    """Position limits, speeds and the lead of a robot's commanded joints.
+
+    Attributes:
+        lower, upper: position limits [rad or m], infinite for a joint without.
+        reach: farthest way in one period [rad or m].
+        slowing: how joints slow down [rad/s^2 or m/s^2], as the gate predicts it.
+    """
+
+    def __init__(self, robot: RobotManifest, profile: str = "") -> None:
+        bounded = [joint if joint.has_bounds else None for joint in robot.joints]
+        self.lower = np.array([joint.lower if joint else -np.inf for joint in bounded])
+        self.upper = np.array([joint.upper if joint else np.inf for joint in bounded])
+        speed = np.array([joint.velocity_limit for joint in robot.joints])
+        self.slowing = np.array([joint.acceleration_limit for joint in robot.joints])
+        if profile:
+            safety = robot.profile(profile)
+            limits = [profile_limits(joint, safety)[:2] for joint in robot.joints]
+            speed, self.slowing = np.array(limits).T
+        self.reach = speed * robot.tick_period_ns * 1e-9
+
+    def ends(
+        self, joints: Sequence[int], setpoints: FloatArray, measured: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Where the setpoints of ``joints`` may go, both ways: as far as they are, at least.
+
+        Args:
+            setpoints, measured: of these joints, now.
+        """
+        own = list(joints)
+        lead = LEAD_PERIODS * self.reach[own]
+        # A setpoint that leads by more already (it was a position command) may only come back.
+        lowest, highest = np.minimum(measured - lead, setpoints), measured + lead
+        highest = np.maximum(highest, setpoints)
+        # One outside the position limits may only come back, and step by
+        # step: limits that left it out would pull it in at once.
+        lower = np.minimum(self.lower[own], setpoints)
+        upper = np.maximum(self.upper[own], setpoints)
+        return np.clip(lowest, lower, upper), np.clip(highest, lower, upper)
+
+    def lead_less(
+        self, joints: Sequence[int], setpoints: FloatArray, measured: FloatArray
+    ) -> FloatArray:
+        """These setpoints, leading by no more than one that moves may."""
+        lead = LEAD_PERIODS * self.reach[list(joints)]
+        return np.clip(setpoints, measured - lead, measured + lead)
+
+    def step_scale(
+        self, joints: Sequence[int], steps: FloatArray, setpoints: FloatArray, measured: FloatArray
+    ) -> float:
+        """How much of these steps every joint can do in one period: 1.0, or less for all."""
+        lowest, highest = self.ends(joints, setpoints, measured)
+        reach, moving = TOOL_SHARE * self.reach[list(joints)], steps != 0.0
+        most = np.minimum(highest - setpoints, reach)
+        least = np.maximum(lowest - setpoints, -reach)
+        possible = np.where(steps > 0.0, most, least)[moving] / steps[moving]
+        return float(np.clip(np.min(possible, initial=1.0), 0.0, 1.0))
 
 
 class ToolSteps(Protocol):
@@ -111,7 +174,10 @@ class Setpoints:
             self.positions.copy(), self._velocities.copy(), dict(self._openings), set(self._going),
         )  # fmt: skip
         # A pose is reached for last, from where the other parts are told to be by then.
-        for part in sorted(self._parts, key=lambda part: _is_pose(commands.get(part.name))):
+        poses = [
+            name for name, given in commands.items() if given.mode is ControlMode.CARTESIAN_POSE
+        ]
+        for part in sorted(self._parts, key=lambda part: part.name in poses):
             given = commands.get(part.name)
             if given is None:
                 self._hold(part)
@@ -132,9 +198,8 @@ class Setpoints:
     def _hold(self, part: Part) -> None:
         own = self._own[part.name]
         if part.name in self._going:
-            self.positions[own] = self._limits.lead_less(
-                own, self.positions[own], self._measured[own]
-            )
+            told, measured = self.positions[own], self._measured[own]
+            self.positions[own] = self._limits.lead_less(own, told, measured)
         self._slow_down(part, own)
         if part.hold == "keep_command":
             self._close_in(part)
@@ -215,10 +280,6 @@ MODES: dict[ControlMode, Callable[[Setpoints, Part, PartCommand], None]] = {
     ControlMode.COMPOSITE_MODE: Setpoints._composite_mode,
 }
 """The modes this HAL can follow."""
-
-
-def _is_pose(command: PartCommand | None) -> bool:
-    return command is not None and command.mode is ControlMode.CARTESIAN_POSE
 
 
 def check_command_frame(robot: RobotManifest, profile: str, who: str, frame: str = "odom") -> None:

@@ -17,8 +17,7 @@ from fairlead.robot.description import DescriptionTree, Link
 from fairlead.robot.interpolation import ENDS_PERIODS, LATE_PERIODS
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.mode_limits import SafetyBlock
-from fairlead.robot.profile_limits import profile_limits
-from fairlead.robot.safety_profile import SafetyProfile
+from fairlead.robot.safety_profile import SafetyProfile, profile_limits
 from fairlead.robot.tool_reach import Reach
 
 Block = TypeVar("Block", bound=SafetyBlock)

@@ -13,12 +13,10 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.paths import robot_dir
-from fairlead.robot.home_pose import HomePose
 from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.joint import Joint
-from fairlead.robot.open_numbers import CONFIRMED_ONLY, open_problems
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
-from fairlead.robot.rules import reference_problems
+from fairlead.robot.rules import CONFIRMED_ONLY, HomePose, open_problems, reference_problems
 from fairlead.robot.safety_profile import ProfileName, SafetyProfile
 from fairlead.yaml_file import load_yaml, locator
 

@@ -3,7 +3,7 @@
 A limit above all that its joints could do at once enforces nothing; most are a wrong unit or a
 slipped digit. Each row of the table has the number, the most that it can mean, and where that
 comes from. What needs no description is asked when robot.yaml is read
-(`fairlead.robot.reachable_limits`).
+(`fairlead.robot.safety_rules`).
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ from fairlead.robot.mode_limits import (
     CartesianTwistMode,
 )
 from fairlead.robot.part import Part
-from fairlead.robot.profile_limits import profile_limits
-from fairlead.robot.safety_profile import PartSafety, SafetyProfile
+from fairlead.robot.safety_profile import PartSafety, SafetyProfile, profile_limits
 from fairlead.robot.tool_reach import Reach, ToolSpeed
 
 _PERIODS = 20

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from fairlead.robot.home_pose import HomePose, home_problems
 from fairlead.robot.joint import Joint
+from fairlead.robot.mode_limits import Finite, SafetyBlock
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
 from fairlead.robot.safety_profile import ProfileName, SafetyProfile
 from fairlead.robot.safety_rules import safety_problems, same_names
@@ -128,3 +128,59 @@ def _tool_problems(
                 f"part {part.name!r}: no end effector {part.end_effector!r} "
                 f"(valid: {', '.join(tools) or 'none'})"
             )
+
+
+class HomePose(SafetyBlock):
+    """Where a robot rests, the block ``home`` of robot.yaml.
+
+    positions: of every joint with position limits, commanded or passive [rad or m].
+    """
+
+    positions: dict[str, Finite]
+    source: str
+
+
+def home_problems(joints: Sequence[Joint], home: HomePose) -> Iterator[str]:
+    """Joints without a place to rest, with one that is none, and names of no such joint."""
+    bounded = {joint.name: joint for joint in joints if joint.has_bounds}
+    yield from same_names("home.positions", bounded, home.positions)
+    for name, position in home.positions.items():
+        if name in bounded and not bounded[name].lower <= position <= bounded[name].upper:
+            lower, upper = bounded[name].lower, bounded[name].upper
+            yield (
+                f"home: joint {name!r}: expected a position from {lower} to {upper}, got {position}"
+            )
+
+
+CONFIRMED_ONLY = "hardware"
+"""The profile that takes no number which nobody confirmed."""
+
+
+def open_problems(document: object, keys: Mapping[str, str]) -> Iterator[str]:
+    """Entries of ``to_confirm`` that lead to nothing, or do not say why.
+
+    Numbers that a person has yet to give or confirm. Each key leads to a number, or to a block of
+    them, by names: ``joints.elbow.velocity_rad_s``, ``safety.sim.measured.elbow``. Its value says
+    what the number is now and why that may be wrong.
+    """
+    for key, why in keys.items():
+        if not _leads_somewhere(document, key):
+            yield f"to_confirm: {key!r} leads to nothing that robot.yaml gives"
+        if not why.strip():
+            yield f"to_confirm: {key!r}: expected why, in words, got {why!r}"
+
+
+def _leads_somewhere(document: object, key: str) -> bool:
+    """Names may have dots in them, so each that fits is tried."""
+    if isinstance(document, Mapping):
+        inside = [(str(name), value) for name, value in document.items()]
+    elif isinstance(document, list | tuple):
+        named = [one for one in document if isinstance(one, Mapping) and "name" in one]
+        inside = [(str(one["name"]), one) for one in named]
+    else:
+        return False
+    return any(
+        value is not None if key == name else _leads_somewhere(value, key.removeprefix(f"{name}."))
+        for name, value in inside
+        if key == name or key.startswith(f"{name}.")
+    )

@@ -14,7 +14,7 @@ from typing import Protocol
 from fairlead.keys import last_chunk
 from fairlead.messages import Bytes, Image, Message, encode, encode_parts
 from fairlead.wire.bus import Bus, Publisher, Sample, SampleHandler, Undeclare
-from fairlead.wire.dropped import dropping
+from fairlead.wire.failures import dropping
 from fairlead.wire.frame_receiver import FrameReceiver
 from fairlead.wire.frame_sender import FrameSender
 from fairlead.wire.frame_thread import FrameThread

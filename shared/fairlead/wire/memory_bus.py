@@ -23,8 +23,7 @@ from fairlead.wire.bus import (
     no_answer,
     wait_for_reply,
 )
-from fairlead.wire.dropped import dropping
-from fairlead.wire.refusal import error_of, refusal_of
+from fairlead.wire.failures import dropping, error_of, refusal_of
 
 SampleFilter = Callable[[Sample], Iterable[Sample]]
 

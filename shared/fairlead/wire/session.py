@@ -26,12 +26,10 @@ from fairlead.wire.bus import (
     no_answer,
     wait_for_reply,
 )
-from fairlead.wire.cannot_open import no_router, no_session
-from fairlead.wire.dropped import dropping
 from fairlead.wire.endpoints import ROUTER_PATIENCE_S, RUNTIME, RUNTIME_VARIABLE, Endpoints
+from fairlead.wire.failures import dropping, error_from, no_router, no_session, refusal_of
 from fairlead.wire.frame_route import FramePublisher, FrameSubscription
 from fairlead.wire.frame_thread import FrameThread
-from fairlead.wire.refusal import error_from, refusal_of
 
 _PRIORITY = {
     Qos.HOT: zenoh.Priority.REAL_TIME,

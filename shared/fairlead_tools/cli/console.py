@@ -1,17 +1,18 @@
-"""What commands print: documents, ids, small tables, a line of progress."""
+"""What commands print: documents, ids, small tables, a line of progress; how Ctrl-C ends them."""
 
 from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
 from typing import Any
-
-import typer
 
 from fairlead.wire.printable import printable, printable_lines
 
@@ -21,12 +22,12 @@ def echo(text: str, err: bool = False) -> None:
 
     All of a command's words go through here.
     """
-    typer.echo(printable_lines(text), err=err)
+    print(printable_lines(text), file=sys.stderr if err else sys.stdout, flush=True)
 
 
 def print_json(document: Any) -> None:
     """One JSON document on standard output."""
-    typer.echo(json.dumps(document, indent=2, sort_keys=False))
+    print(json.dumps(document, indent=2, sort_keys=False), flush=True)
 
 
 def hex_id(number: int) -> str:
@@ -125,3 +126,24 @@ class ProgressLine:
         """What fits into the terminal's width: of a wrapped line only the last row is replaced."""
         width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
         return text if len(text) < width else f"{text[: width - 2]}…"
+
+
+def forget_output() -> None:
+    """What could not be written is not tried again at exit: that would be another error."""
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+
+
+@contextmanager
+def ends_like_ctrl_c() -> Iterator[None]:
+    """A closed terminal and SIGTERM end the block as Ctrl-C does: what was begun is undone."""
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    before = {one: signal.signal(one, interrupt) for one in (signal.SIGHUP, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)

@@ -19,7 +19,7 @@ from fairlead_tools.cli.options import (
     parse_deployment,
 )
 from fairlead_tools.cli.why import choose_decision_log
-from fairlead_tools.demo.demo_run import DemoWish, check_wish, run_demo
+from fairlead_tools.demo.demo_run import DemoOptions, check_demo, run_demo
 from fairlead_tools.record.run_log import Run, newest_log, read_run
 from fairlead_tools.record.timeline import draw_timeline
 
@@ -46,13 +46,13 @@ def demo_command(
     no_video: Annotated[bool, typer.Option("--no-video", help="without a camera")] = False,
     gif: Annotated[bool, typer.Option("--gif", help="the video also as demo.gif")] = False,
     deployment: CopiedOption = None,
-    camera: Annotated[str, typer.Option(help="the simulator's that films")] = DemoWish.camera,
+    camera: Annotated[str, typer.Option(help="the simulator's that films")] = DemoOptions.camera,
     as_json: JsonOption = False,
 ) -> None:  # fmt: skip
     """Run a skill through its own four services, challenge the gate, write video and timeline."""
     source = deployment or deployment_path(SOURCE)
-    wish = DemoWish(source, out, skill, seed, realtime, not no_video, gif, camera)
-    check_wish(wish)
+    wish = DemoOptions(source, out, skill, seed, realtime, not no_video, gif, camera)
+    check_demo(wish)
     try:
         with ProgressLine(quiet=as_json) as line:
             result = run_demo(

@@ -23,9 +23,8 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption
-from fairlead_tools.cli.by_hand import ends_like_ctrl_c
-from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
-from fairlead_tools.cli.eval_episodes import (
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json, print_table
+from fairlead_tools.cli.episodes import (
     HEADER,
     Episode,
     EpisodeRun,
@@ -33,15 +32,21 @@ from fairlead_tools.cli.eval_episodes import (
     succeeded,
     with_motion,
 )
-from fairlead_tools.cli.goals import (
+from fairlead_tools.cli.options import (
+    MAX_NUMBER,
+    DeploymentOption,
+    JsonOption,
+    SkillArgument,
+    example,
+)
+from fairlead_tools.cli.run import (
     DeadlineOption,
     PromptOption,
     RunnerOption,
     StallOption,
 )
-from fairlead_tools.cli.options import MAX_NUMBER, DeploymentOption, JsonOption, example
-from fairlead_tools.cli.skill import SkillArgument, installed_skill
-from fairlead_tools.cli.starting import entries_of, wait_seen, wait_started
+from fairlead_tools.cli.running_deployments import entries_of, wait_seen, wait_started
+from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 
 MAX_EPISODES = 100_000

@@ -1,4 +1,4 @@
-"""``fairlead jog`` and ``fairlead home``: a way that ends by itself, through the gate."""
+"""``fairlead jog`` and ``home``: a way that ends by itself; and what all drives by hand share."""
 
 from __future__ import annotations
 
@@ -19,19 +19,26 @@ from fairlead.messages import FloatArray
 from fairlead.operate.client import RobotClient
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.arming import YesOption, armed
-from fairlead_tools.cli.by_hand import Hand, PartOption, SpeedOption, ends_like_ctrl_c, shown
-from fairlead_tools.cli.console import ProgressLine, echo
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c
 from fairlead_tools.cli.options import (
     DeploymentOption,
     choose_deployment,
     example,
     parse_running_or_file,
 )
+from fairlead_tools.teleop.device import InputDevice
 from fairlead_tools.teleop.drive import Drive, make_drive
-from fairlead_tools.teleop.session import At, State
+from fairlead_tools.teleop.grip import Grip, gripper_beside
+from fairlead_tools.teleop.session import At, HandDriving, State
 from fairlead_tools.teleop.takeover import taken
 from fairlead_tools.teleop.target import BaseWay, Target, ToolWay, tolerance
 
+PartOption = Annotated[
+    str, typer.Option(help="what is driven; default: the first part that can be")
+]
+SpeedOption = Annotated[
+    float, typer.Option(min=0.02, max=1.0, help="share of the full speed by hand")
+]
 LongDeploymentOption = Annotated[  # no -d: it would take the end of -10deg
     Path | None,
     typer.Option("--deployment", parser=parse_running_or_file, metavar="NAME_OR_FILE",
@@ -41,6 +48,55 @@ _AMOUNT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)$", re
 _UNITS = {"m": {"": 1.0, "m": 1.0, "mm": 1e-3, "cm": 1e-2},
           "rad": {"": 1.0, "rad": 1.0, "deg": np.pi / 180}}  # fmt: skip
 _MOST = {"m": 10.0, "rad": 2 * np.pi}
+
+
+class Hand:
+    """A robot, one drive of it and its open client: what all three commands have."""
+
+    def __init__(
+        self, client: RobotClient, robot: RobotManifest, drive: Drive, task: str = ""
+    ) -> None:
+        self.client, self.robot, self.drive, self.task = client, robot, drive, task
+        self.limits = robot.profile(client.deployment.profile)
+        self.gripper = gripper_beside(robot, drive.part)
+        self.parts = (drive.part, self.gripper) if self.gripper else (drive.part,)
+        self.lockstep = client.hal_status().pacing == "lockstep"
+
+    def driving(self, device: InputDevice, at: At | None = None) -> HandDriving:
+        """The loop for a device; with ``at`` for one that is no person."""
+        grip = Grip(self.robot, self.limits, self.gripper) if self.gripper else None
+        return HandDriving(
+            self.robot,
+            self.drive,
+            grip,
+            device,
+            lockstep=self.lockstep,
+            horizon=self.limits.protocol.horizon_max,
+            at=at,
+            paced=not isinstance(device, Target),
+        )
+
+
+def shown(drive: Drive, line: ProgressLine) -> Callable[[State], None]:
+    """Show what becomes of each tick; each new refusal or note on a line of its own."""
+    said = ""
+
+    def show(now: State) -> None:
+        nonlocal said
+        if now.asked.note and now.asked.note != said:
+            line.say(now.asked.note)
+        said = now.asked.note
+        if now.news:
+            line.say(f"refused: {now.news}")
+        clutch = "clutch in" if now.asked.clutch else "clutch out, holding"
+        moves = ", moving" if now.is_moving else ""
+        back = f" | refused: {now.held_back}" if now.held_back else ""
+        line.show(
+            f"tick {now.tick:5d} | {drive.part} {drive.mode.yaml_name} | {clutch}{moves} | "
+            f"speed {now.asked.speed:.0%}{back}"
+        )
+
+    return show
 
 
 def parse_amount(text: str, axis: str, unit: str) -> float:

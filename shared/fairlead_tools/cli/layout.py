@@ -13,8 +13,8 @@ from fairlead.plugins import LAYOUTS
 from fairlead.skill.manifest import load_skill
 from fairlead.skill.state_contract import StateContract
 from fairlead_tools.cli.console import echo, print_json, print_table
-from fairlead_tools.cli.layout_comparison import FieldReport, verify_layout
 from fairlead_tools.cli.options import JsonOption, example, make_group
+from fairlead_tools.parity.layout_comparison import FieldReport, verify_layout
 
 
 @example("fairlead layout ls")

@@ -19,12 +19,13 @@ from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_tab
 from fairlead_tools.cli.evaluate import MAX_EPISODES, parse_seeds
 from fairlead_tools.cli.options import (
     JsonOption,
+    SkillArgument,
     complete_skill,
     example,
     make_group,
     parse_deployment,
 )
-from fairlead_tools.cli.skill import SkillArgument, installed_skill
+from fairlead_tools.cli.skill import installed_skill
 
 if TYPE_CHECKING:
     from fairlead_tools.learn.record import Teacher

@@ -14,7 +14,7 @@ import warnings
 
 from fairlead.errors import FairleadError, RefusedError, expected
 from fairlead.wire.printable import printable_lines
-from fairlead_tools.cli.lost_output import forget_output
+from fairlead_tools.cli.console import forget_output
 
 INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
 

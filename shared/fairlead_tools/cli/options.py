@@ -243,3 +243,11 @@ def _is_file_of(wanted: str, entry: Running) -> bool:
 _HELP = "folder under robots/"
 RobotArgument = Annotated[str, typer.Argument(help=_HELP, autocompletion=complete_robot)]
 RobotOption = Annotated[str, typer.Option(help=_HELP, autocompletion=complete_robot)]
+SkillArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="NAME_OR_FOLDER",
+        autocompletion=complete_skill,
+        help="a skill that ships or is installed (fairlead skill ls), or a folder with rskill.yaml",
+    ),
+]

@@ -18,8 +18,8 @@ from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_tab
 from fairlead_tools.cli.demo import SOURCE, CopiedOption
 from fairlead_tools.cli.options import MAX_NUMBER, JsonOption, example
 from fairlead_tools.cli.skill import installed_skill
-from fairlead_tools.parity.comparison import Comparison, compare
 from fairlead_tools.parity.deployed_episode import DeployedEpisode, deployed_episodes
+from fairlead_tools.parity.episode_trace import Comparison, compare
 from fairlead_tools.parity.local_episode import local_episode
 from fairlead_tools.parity.plain_episodes import (
     PlainComparison,

@@ -16,10 +16,8 @@ from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example, make_group
-from fairlead_tools.cli.robot_capsules import capsules_command
-from fairlead_tools.cli.robot_check import check_command
-from fairlead_tools.cli.robot_measure import measure_command
-from fairlead_tools.cli.robot_new import new_command
+from fairlead_tools.cli.robot_capsules import capsules_command, distances_command
+from fairlead_tools.cli.robot_new import check_command, measure_command, new_command
 from fairlead_tools.limits.bounds import Bound, robot_bounds
 from fairlead_tools.limits.effective_limits import effective_limits
 
@@ -229,43 +227,6 @@ def _write(path: Path, text: str) -> None:
     except OSError as error:
         raise ConfigError(f"robot compile: cannot write {path}: {error.strerror}") from None
     echo(f"wrote {path}")
-
-
-@example("fairlead robot distances panda_mobile out/demo/state/safety/decisions/000001.decisions")
-def distances_command(
-    robot: RobotArgument,
-    log: Annotated[Path, typer.Argument(help="a run's decision log, or a folder: its newest")],
-    as_json: JsonOption = False,
-) -> None:
-    """Print the smallest distance of each checked pair of capsules over a recorded run."""
-    from fairlead.robot.capsule_distance import capsule_spans, pair_distances
-    from fairlead.robot.description import description_tree
-    from fairlead.robot.link_poses import link_poses
-    from fairlead_tools.record.run_log import newest_log
-    from fairlead_tools.shape.recorded_positions import recorded_positions
-
-    manifest, newest = load_robot(robot), newest_log(log) if log.is_dir() else log
-    file, measured = load_capsules(manifest), recorded_positions(manifest, newest)
-    columns = {name: measured[:, i] for i, name in enumerate(manifest.measured_joint_names)}
-    spans = capsule_spans(file.capsules, link_poses(description_tree(manifest), columns))
-    rows = sorted(
-        (float(pair_distances(file.capsules, spans, *pair).min()), *pair)
-        for pair in file.checked_pairs
-    )
-    links = [one.link for one in file.capsules]
-    if as_json:
-        print_json(
-            [
-                {"capsules": [i, j], "links": [links[i], links[j]], "least_m": least}
-                for least, i, j in rows
-            ]
-        )
-        return
-    print_table(
-        ("LEAST [m]", "PAIR", "LINKS"),
-        [(f"{least:.4f}", f"{i}-{j}", f"{links[i]}, {links[j]}") for least, i, j in rows],
-    )
-    echo(f"\n{len(rows)} pairs over {len(measured)} recorded states of {robot}")
 
 
 group = make_group(

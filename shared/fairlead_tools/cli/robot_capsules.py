@@ -232,3 +232,40 @@ def _write(
         raise ConfigError(f"robot capsules: cannot write {path}: {error.strerror}") from None
     if not quiet:
         echo(f"wrote {path}; review it, then: fairlead robot compile {manifest.id}")
+
+
+@example("fairlead robot distances panda_mobile out/demo/state/safety/decisions/000001.decisions")
+def distances_command(
+    robot: RobotArgument,
+    log: Annotated[Path, typer.Argument(help="a run's decision log, or a folder: its newest")],
+    as_json: JsonOption = False,
+) -> None:
+    """Print the smallest distance of each checked pair of capsules over a recorded run."""
+    from fairlead.robot.capsule_distance import capsule_spans, pair_distances
+    from fairlead.robot.description import description_tree
+    from fairlead.robot.link_poses import link_poses
+    from fairlead_tools.record.run_log import newest_log
+    from fairlead_tools.shape.recorded_positions import recorded_positions
+
+    manifest, newest = load_robot(robot), newest_log(log) if log.is_dir() else log
+    file, measured = load_capsules(manifest), recorded_positions(manifest, newest)
+    columns = {name: measured[:, i] for i, name in enumerate(manifest.measured_joint_names)}
+    spans = capsule_spans(file.capsules, link_poses(description_tree(manifest), columns))
+    rows = sorted(
+        (float(pair_distances(file.capsules, spans, *pair).min()), *pair)
+        for pair in file.checked_pairs
+    )
+    links = [one.link for one in file.capsules]
+    if as_json:
+        print_json(
+            [
+                {"capsules": [i, j], "links": [links[i], links[j]], "least_m": least}
+                for least, i, j in rows
+            ]
+        )
+        return
+    print_table(
+        ("LEAST [m]", "PAIR", "LINKS"),
+        [(f"{least:.4f}", f"{i}-{j}", f"{links[i]}, {links[j]}") for least, i, j in rows],
+    )
+    echo(f"\n{len(rows)} pairs over {len(measured)} recorded states of {robot}")

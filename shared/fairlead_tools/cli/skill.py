@@ -24,17 +24,18 @@ from fairlead.skill.manifest import (
     read_skill,
     skill_ids,
 )
+from fairlead.yaml_file import RowDumper
 from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
     RobotOption,
+    SkillArgument,
     complete_robot,
-    complete_skill,
     example,
     make_group,
     parse_deployment,
 )
-from fairlead_tools.cli.robot_check import running_robot
+from fairlead_tools.cli.running_deployments import running_robot
 from fairlead_tools.skills.checkpoint_stats import (
     contract_findings,
     named_outputs,
@@ -47,15 +48,6 @@ from fairlead_tools.skills.install import (
     python_problems,
 )
 from fairlead_tools.skills.skeleton import ARM_MODES, skill_skeleton
-
-SkillArgument = Annotated[
-    str,
-    typer.Argument(
-        metavar="NAME_OR_FOLDER",
-        autocompletion=complete_skill,
-        help="a skill that ships or is installed (fairlead skill ls), or a folder with rskill.yaml",
-    ),
-]
 
 
 def installed_skill(wanted: str) -> str:
@@ -129,14 +121,6 @@ def skill_problems(name: str, robot: RobotManifest) -> list[str]:
 WIDTH = 100
 
 
-class _RowDumper(yaml.SafeDumper):
-    """Numbers and names in a row stand on one line, as people write them."""
-
-    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
-        plain = all(not isinstance(item, (list, dict)) for item in sequence)
-        return super().represent_sequence(tag, sequence, flow_style=plain)
-
-
 @example("fairlead skill show oracle-counter-to-cabinet")
 def show_command(
     skill: SkillArgument,
@@ -148,7 +132,7 @@ def show_command(
     if as_json:
         print_json(document)
     else:
-        echo(yaml.dump(document, Dumper=_RowDumper, sort_keys=False, width=WIDTH).rstrip())
+        echo(yaml.dump(document, Dumper=RowDumper, sort_keys=False, width=WIDTH).rstrip())
 
 
 @example("fairlead skill check oracle-counter-to-cabinet --robot panda_mobile")

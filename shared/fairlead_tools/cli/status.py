@@ -22,12 +22,12 @@ from fairlead.messages import GateState, GateStatus, GoalFeedback, HalStatus, fl
 from fairlead.operate.client import RobotClient
 from fairlead.operate.connection import choose_file
 from fairlead.robot.manifest import load_robot
-from fairlead.robot.profile_limits import outside_limits
+from fairlead.robot.safety_profile import outside_limits
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
 from fairlead_tools.cli.console import echo, hex_id, print_json
 from fairlead_tools.cli.options import DeploymentOption, JsonOption, example, naming
-from fairlead_tools.cli.starting import entries_of, starting_services
+from fairlead_tools.cli.running_deployments import entries_of, starting_services
 
 _STATE_S = 0.5
 """A HAL that lives says its joints again within this time, though its world stands still."""

@@ -13,8 +13,8 @@ from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.cli.arming import YesOption, armed
-from fairlead_tools.cli.by_hand import Hand, PartOption, SpeedOption, ends_like_ctrl_c, shown
-from fairlead_tools.cli.console import ProgressLine
+from fairlead_tools.cli.console import ProgressLine, ends_like_ctrl_c
+from fairlead_tools.cli.jog import Hand, PartOption, SpeedOption, shown
 from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.teleop.device import InputDevice

@@ -24,7 +24,6 @@ from fairlead.messages import GateState
 from fairlead.operate.connection import connect
 from fairlead.operate.robot import Robot
 from fairlead_tools.cli.console import echo
-from fairlead_tools.cli.greeting import Greeting, OtherHosts, Say, explain_gate, wait_router
 from fairlead_tools.cli.options import (
     DeploymentArgument,
     NewStateOption,
@@ -33,7 +32,14 @@ from fairlead_tools.cli.options import (
     example,
     left_out,
 )
-from fairlead_tools.cli.up_output import UpOutput
+from fairlead_tools.cli.up_output import (
+    Greeting,
+    OtherHosts,
+    Say,
+    UpOutput,
+    explain_gate,
+    wait_router,
+)
 from fairlead_tools.supervisor import ServiceEvent, Supervisor
 from fairlead_tools.supervisor.before_start import checks, warning_lines
 from fairlead_tools.supervisor.command_line import new_state_command, service_command

@@ -16,9 +16,8 @@ from fairlead.paths import decisions_binary
 from fairlead.wire.gate_checks import CHECKS
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import JsonOption, RunningOption, choose_running, example
-from fairlead_tools.decision_log.check import check_lines
 from fairlead_tools.decision_log.explanation import Explanation, explain
-from fairlead_tools.decision_log.text import decision_lines
+from fairlead_tools.decision_log.text import check_lines, decision_lines
 
 _LOGS = "decisions/*.decisions"
 

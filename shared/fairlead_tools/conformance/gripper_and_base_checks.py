@@ -12,7 +12,7 @@ import numpy as np
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_tools.conformance.row import Check, Row
 from fairlead_tools.conformance.stage import Stage
 from fairlead_tools.measure.driven_robot import Moment

@@ -55,7 +55,7 @@ BASIS = {
 
 
 @dataclass(frozen=True)
-class Wish:
+class CheckOptions:
     """What a person chose.
 
     share: of full scale. hold_s: how long a hold is watched. pid: of the HAL's process; None: not
@@ -119,7 +119,7 @@ def _refuse_gate(bus: Bus, deployment: Deployment) -> None:
 
 
 def check_hal(
-    bus: Bus, deployment: Deployment, hal: HalStatus, wish: Wish, say: Callable[[str], None]
+    bus: Bus, deployment: Deployment, hal: HalStatus, wish: CheckOptions, say: Callable[[str], None]
 ) -> HalCheck:
     """Make every check; the robot is left held, whatever happens.
 
@@ -169,7 +169,7 @@ def _of_all_states(stage: Stage) -> Iterable[Row]:
     return [identity_checks.joint_states(stage), identity_checks.si_positions(stage)]
 
 
-def _moving(stage: Stage, wish: Wish, say: Callable[[str], None]) -> Iterator[Row]:
+def _moving(stage: Stage, wish: CheckOptions, say: Callable[[str], None]) -> Iterator[Row]:
     say("the first states")
     stage.gate.wait_tick(1)  # a world that waits repeats its tick; it may have come already
     stage.gate.arm()
@@ -206,7 +206,7 @@ def _moving(stage: Stage, wish: Wish, say: Callable[[str], None]) -> Iterator[Ro
 Step = Callable[[], Iterable[Row]]
 
 
-def _steps(stage: Stage, wish: Wish) -> dict[str, Step]:
+def _steps(stage: Stage, wish: CheckOptions) -> dict[str, Step]:
     """First that motion begins and ends as it has to, then what it is."""
     return {
         "released rows": lambda: [guard_checks.obeyed(stage)],

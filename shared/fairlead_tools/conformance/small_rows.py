@@ -10,7 +10,7 @@ import numpy as np
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_tools.conformance.plan import Rows
 from fairlead_tools.measure.driven_robot import Moment
 from fairlead_tools.measure.rows import TARGETS, FullScaleRows

@@ -12,7 +12,7 @@ import numpy as np
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.description import description_tree
-from fairlead.robot.profile_limits import outside_limits, profile_limits
+from fairlead.robot.safety_profile import outside_limits, profile_limits
 from fairlead.robot.tool_chain import ToolChain
 from fairlead_tools.conformance.plan import Rows
 from fairlead_tools.conformance.row import Check, Row

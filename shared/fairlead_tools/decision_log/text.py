@@ -9,6 +9,7 @@ from fairlead.paths import repo_root
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.verdict_text import (
     check_title,
+    example_text,
     is_rule,
     numbers_of,
     place_of,
@@ -214,3 +215,23 @@ def _trimmed(number: float) -> float:
 
 def _line(name: str, text: str) -> str:
     return f"  {name:<7} {text}"
+
+
+TESTS = "build/safety/fairlead-safety-tests --test-case='*{}*'"
+PAGE = "docs/safety-checks.md"
+
+
+def check_lines(code: int) -> list[str]:
+    """The check's row of the table in docs/safety-checks.md, and what to do about it."""
+    check, name = CHECKS[code], f"G{code:03d}"
+    said = {
+        "hazard": check.hazard,
+        "passes": check.rule,
+        "unit": ", ".join("a plain number" if unit == "1" else unit for unit in check.units),
+        "else": check.outcome,
+        "example": example_text(code),
+        "do": check.hint,
+        "more": f"{PAGE}, {check.section}" if check.section else PAGE,
+        "tests": TESTS.format(name),
+    }
+    return [f"{name} {check.title}", *(f"  {key:<7} {text}" for key, text in said.items() if text)]

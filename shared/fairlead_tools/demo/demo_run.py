@@ -36,7 +36,7 @@ VIDEO, TIMELINE, SUMMARY, STATE = "demo", "timeline.png", "summary.json", "state
 
 
 @dataclass(frozen=True)
-class DemoWish:
+class DemoOptions:
     """What to show. out: folder for the results; its ``state`` folder is made anew.
 
     camera: of the simulator's, films; those of the skill are on as the deployment has them.
@@ -79,7 +79,7 @@ class _Shown:
 
 
 def run_demo(
-    wish: DemoWish, say: Callable[[str], None], show: Callable[[Progress], None]
+    wish: DemoOptions, say: Callable[[str], None], show: Callable[[Progress], None]
 ) -> DemoResult:
     """Run the demo.
 
@@ -102,7 +102,7 @@ def run_demo(
     return DemoResult(run.result, run.challenges, written, summary)
 
 
-def _scratch(wish: DemoWish) -> Scratch:
+def _scratch(wish: DemoOptions) -> Scratch:
     deployment = load_deployment(wish.source)
     seen = {spec.camera for spec in load_skill(wish.skill).images.values()}
     own = deployment.services[deployment.hal].options.get("cameras", [])
@@ -116,7 +116,7 @@ def _scratch(wish: DemoWish) -> Scratch:
 
 
 def _run(
-    wish: DemoWish,
+    wish: DemoOptions,
     client: RobotClient,
     robot: RobotManifest,
     say: Callable[[str], None],
@@ -141,7 +141,7 @@ def _run(
     return _Shown(runner, progress, goal_s, tuple(challenges), recorder.close())
 
 
-def _summary(wish: DemoWish, run: _Shown, log: Run) -> dict[str, Any]:
+def _summary(wish: DemoOptions, run: _Shown, log: Run) -> dict[str, Any]:
     result, ticks = run.result, run.result.last_tick - run.result.first_tick + 1
     outcomes = Counter(log.outcomes(run.source).values())
     return {
@@ -165,7 +165,7 @@ def _summary(wish: DemoWish, run: _Shown, log: Run) -> dict[str, Any]:
 
 
 def _write(
-    wish: DemoWish, run: _Shown, log: Run, summary: dict[str, Any], robot: RobotManifest
+    wish: DemoOptions, run: _Shown, log: Run, summary: dict[str, Any], robot: RobotManifest
 ) -> tuple[Path, ...]:
     timeline = wish.out / TIMELINE
     title = (
@@ -182,7 +182,7 @@ def _write(
     return (*written, wish.out / SUMMARY)
 
 
-def _videos(wish: DemoWish, run: _Shown, log: Run, robot: RobotManifest) -> list[Path]:
+def _videos(wish: DemoOptions, run: _Shown, log: Run, robot: RobotManifest) -> list[Path]:
     """What the camera saw, with the gate's verdicts below it."""
     paths = [wish.out / f"{VIDEO}.mp4", *([wish.out / f"{VIDEO}.gif"] if wish.gif else [])]
     for path in paths:
@@ -199,7 +199,7 @@ def _videos(wish: DemoWish, run: _Shown, log: Run, robot: RobotManifest) -> list
     return paths
 
 
-def check_wish(wish: DemoWish) -> None:
+def check_demo(wish: DemoOptions) -> None:
     """See that the demo can start, and make the folder for its results.
 
     Raises:

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from fairlead.errors import ConfigError
-from fairlead.hal.mujoco_ties import follow, joint_ties
+from fairlead.hal.mujoco_frames import follow, joint_ties
 from fairlead.robot.description import DescriptionTree
 from fairlead.robot.link_poses import FloatArray, Poses, link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from fairlead.errors import ConfigError
-from fairlead.hal.mujoco_ties import joint_ties
+from fairlead.hal.mujoco_frames import joint_ties
 from fairlead.messages import FloatArray
 from fairlead.robot.description import DescriptionTree, description_tree
 from fairlead.robot.manifest import RobotManifest

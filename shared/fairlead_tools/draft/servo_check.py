@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_tools.draft.joints import gravity_sags, servo_lag_s
 from fairlead_tools.draft.source_model import load_source
 from fairlead_tools.shape.robot_model import RobotModel

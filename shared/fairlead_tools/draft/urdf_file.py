@@ -1,9 +1,14 @@
-"""A person's URDF as XML."""
+"""A person's URDF as XML, and its meshes as MuJoCo reads them."""
 
 from __future__ import annotations
 
+import re
+import shutil
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from html import unescape
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 from fairlead.errors import ConfigError, expected
 from fairlead_tools.draft.source_model import WHO
@@ -35,3 +40,75 @@ def read_urdf(path: Path) -> ET.Element:
             got = words[0] if words else f"<xacro:{tag}>"
             raise ConfigError(expected(who, "no xacro", f"{got}; {_RUN_XACRO}"))
     return root
+
+
+MESHES = "meshes"
+"""The copies' folder in a robot's."""
+_PACKAGE = "package://"
+_FILENAME = re.compile(r"""(\bfilename\s*=\s*)("[^"]*"|'[^']*')""")
+
+
+def copied_urdf(path: Path, folder: Path, *, with_meshes: bool) -> str:
+    """The URDF's text for a robot's folder.
+
+    Args:
+        with_meshes: whether geometry comes from it: then its meshes are copied to the folder.
+
+    Raises:
+        ConfigError: it cannot be read, or a mesh is missing.
+    """
+    root = read_urdf(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError:
+        raise ConfigError(f"{WHO}: --urdf: {path}: not a text file in UTF-8") from None
+    if not with_meshes:
+        return text
+    copies: dict[Path, str] = {}
+    named: dict[str, str] = {}
+    for mesh in root.findall("link/collision/geometry/mesh"):
+        name = mesh.get("filename", "")
+        found = _find(path, name).resolve()
+        if found not in copies:  # another folder may have a mesh of the same name
+            taken = f"{len(copies)}_" if found.name in copies.values() else ""
+            copies[found] = f"{taken}{found.name}"
+            (folder / MESHES).mkdir(exist_ok=True)
+            shutil.copyfile(found, folder / MESHES / copies[found])
+        named[name] = f"{MESHES}/{copies[found]}"
+    return _FILENAME.sub(lambda found: _renamed(found, named), text)
+
+
+def _renamed(attribute: re.Match[str], named: Mapping[str, str]) -> str:
+    copy = named.get(unescape(attribute[2][1:-1]))
+    return attribute[0] if copy is None else f"{attribute[1]}{quoteattr(copy)}"
+
+
+def _find(urdf: Path, named: str) -> Path:
+    """A mesh by its path beside the URDF, or in its package: a folder on the way up or beside it.
+
+    Raises:
+        ConfigError: there is none; the mesh of another package is never taken for it.
+    """
+    if not named.startswith(_PACKAGE):
+        found = urdf.parent / named.removeprefix("file://")
+        if found.is_file():
+            return found
+        raise ConfigError(f"{WHO}: --urdf: {urdf}: no mesh {named}; put it beside the file")
+    package, _, inside = named.removeprefix(_PACKAGE).partition("/")
+    for parent in urdf.resolve().parents:
+        for folder in (parent / package, parent):
+            if (folder / inside).is_file() and (folder != parent or _is_package(parent, package)):
+                return folder / inside
+    what = f"{inside} in a folder {package}, or one whose package.xml has that name"
+    raise ConfigError(
+        f"{WHO}: --urdf: {urdf}: no mesh {named}: looked for {what}, beside the file and in each "
+        "folder above it; put the package there"
+    )
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    try:
+        root = ET.parse(folder / "package.xml").getroot()  # noqa: S314 - the person's own file
+    except (OSError, ET.ParseError, LookupError, ValueError):
+        return False
+    return (root.findtext("name") or "").strip() == name

@@ -12,7 +12,7 @@ from typing import Any
 
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 
 
 @dataclass(frozen=True)

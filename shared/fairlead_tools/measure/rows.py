@@ -11,7 +11,7 @@ from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 from fairlead_tools.measure.driven_robot import Moment
 from fairlead_tools.measure.rotations import exponential, quaternion_of, rotation_of
 

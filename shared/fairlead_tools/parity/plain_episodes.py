@@ -18,9 +18,8 @@ from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
-from fairlead_tools.parity.comparison import Comparison, compare
 from fairlead_tools.parity.deployed_episode import DeployedEpisode
-from fairlead_tools.parity.episode_trace import EpisodeTrace
+from fairlead_tools.parity.episode_trace import Comparison, EpisodeTrace, compare
 
 QUANTITIES = ("packed", "qpos", "qvel")
 _SCENE = "fairlead_hal_sim.task"  # registers the environment that ships

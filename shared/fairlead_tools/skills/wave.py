@@ -7,7 +7,7 @@ import math
 from fairlead.robot.joint import Joint
 from fairlead.robot.manifest import RobotManifest
 from fairlead.robot.part import Part
-from fairlead.robot.profile_limits import profile_limits
+from fairlead.robot.safety_profile import profile_limits
 
 PERIODS = 40
 """Of a wave, there and back."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -14,8 +15,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from fairlead.deploy.process_table import ProcessId, group_members, process_id
+from fairlead.errors import ServiceError
 from fairlead.log_stamp import stamped
-from fairlead_tools.supervisor.die_with_parent import die_with_parent
 from fairlead_tools.supervisor.service_log import ServiceLog
 
 LineHandler = Callable[[str, str], None]
@@ -165,3 +166,24 @@ class Child:
 def is_ready_line(line: str) -> bool:
     """Whether a service says that it is up: ``ready`` (gate), ``INFO hal: ready`` (Python)."""
     return line == "ready" or line.endswith(": ready")
+
+
+_IF_PARENT_LIVES = '[ "$PPID" = "$0" ] && exec "$@"'
+
+
+def die_with_parent(command: Sequence[str]) -> list[str]:
+    """The command, started so that the kernel ends it with the *thread* that forked it.
+
+    So children must be started from a thread that lives as long as the supervisor. Python's
+    ``preexec_fn`` would do the same, but hangs now and then in a process with threads of Zenoh's:
+    one of them may hold a lock of the interpreter at the moment of the fork.
+
+    Raises:
+        ServiceError: ``setpriv`` (of util-linux) is not there.
+    """
+    setpriv = shutil.which("setpriv")
+    if setpriv is None:
+        raise ServiceError("setpriv, which starts services, is not found; apt install util-linux")
+    # The shell looks whether the parent died before the kernel knew.
+    check = ["/bin/sh", "-c", _IF_PARENT_LIVES, str(os.getpid())]
+    return [setpriv, "--pdeathsig", "KILL", "--", *check, *command]

@@ -1,4 +1,4 @@
-"""One service's place in a supervisor: its process now, and what it was started from."""
+"""One service's place in a supervisor: its process now, what it came from, when it is restarted."""
 
 from __future__ import annotations
 
@@ -7,8 +7,26 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fairlead.deploy.registry import ServiceEntry
-from fairlead_tools.supervisor.backoff import Backoff
 from fairlead_tools.supervisor.child import Child
+
+FIRST_DELAY_S = 0.5
+LONGEST_DELAY_S = 10.0
+FORGIVEN_AFTER_S = 30.0  # a service that ran this long starts over at the first delay
+
+
+@dataclass
+class Backoff:
+    """Doubling delays, forgotten after a long enough life."""
+
+    _next_s: float = FIRST_DELAY_S
+
+    def delay_s(self, lived_s: float) -> float:
+        """The delay [s] for a process that died after ``lived_s`` seconds."""
+        if lived_s >= FORGIVEN_AFTER_S:
+            self._next_s = FIRST_DELAY_S
+        delay = self._next_s
+        self._next_s = min(2.0 * delay, LONGEST_DELAY_S)
+        return delay
 
 
 @dataclass

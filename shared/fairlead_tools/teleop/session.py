@@ -9,17 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from fairlead.errors import ChunkRefusedError
-from fairlead.messages import ActionPart, FloatArray, Hold, Verdict, floats
+from fairlead.messages import ActionPart, FloatArray, Hold, Outcome, Verdict, floats
 from fairlead.modes import ControlMode
 from fairlead.operate.blocking import BlockingClaim
 from fairlead.operate.tick import Tick
 from fairlead.robot.free_axes import FreeAxes
 from fairlead.robot.manifest import RobotManifest
+from fairlead.wire.verdict_text import finding_text
 from fairlead_tools.teleop.device import Deflection, InputDevice, Wish
 from fairlead_tools.teleop.drive import Drive
 from fairlead_tools.teleop.grip import Grip
 from fairlead_tools.teleop.pilot import Pilot
-from fairlead_tools.teleop.refusal import Refusals
 
 At = Callable[[Tick], FloatArray]
 """Where the axes of a drive that is told speeds are at a tick: how far from the start."""
@@ -143,3 +143,28 @@ class HandDriving:
         index = self._robot.joint_names.index(grip.joint)
         target = grip.target(float(floats(tick.joints.positions)[index]), asked)
         return [] if target is None else [claim.rows(grip.part, grip.mode, [[target]] * count)]
+
+
+class Refusals:
+    """Which refusals are news: the same one, tick after tick, is said once."""
+
+    def __init__(self) -> None:
+        self._said = (0, "", "")
+        self.newest = ""
+        """The refusal that keeps the newest rows back; "" if they were released."""
+
+    def news(self, verdict: Verdict) -> str:
+        """What to tell the person of this verdict; "" if nothing, or nothing new."""
+        if verdict.outcome == Outcome.RELEASED:
+            self.newest = ""
+            return ""
+        self.newest = finding_text(verdict)
+        about = (verdict.code, verdict.part, verdict.axis)
+        if about == self._said:
+            return ""
+        self._said = about
+        return self.newest
+
+    def forget(self) -> None:
+        """The person asks for something new: what was said may be said again."""
+        self._said = (0, "", "")

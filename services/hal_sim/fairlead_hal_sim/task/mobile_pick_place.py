@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import numpy.typing as npt
 from robosuite.environments.manipulation.manipulation_env import ManipulationEnv
+from robosuite.models.arenas import Arena
+from robosuite.models.objects import MujocoXMLObject
 from robosuite.models.tasks import ManipulationTask
 
-from fairlead_hal_sim.task.kitchen_arena import Can, KitchenArena
-from fairlead_hal_sim.task.robocasa_cameras import mount_robocasa_cameras
 from fairlead_hal_sim.task.scene import (
     CABINET_DEPTH_M,
     CABINET_INTERIOR_HEIGHT_M,
@@ -23,6 +25,58 @@ from fairlead_hal_sim.task.scene import (
     Scene,
     sample_scene,
 )
+
+ASSETS = Path(__file__).parent / "assets"
+
+
+class KitchenArena(Arena):  # type: ignore[misc]  # robosuite ships no types
+    """Floor and two walls; counter and cabinet are mocap bodies placed at every reset."""
+
+    def __init__(self) -> None:
+        super().__init__(str(ASSETS / "kitchen.xml"))
+
+
+class Can(MujocoXMLObject):  # type: ignore[misc]  # robosuite ships no types
+    """A 60 mm drinks can on a free joint; its frame is its centre, z along its axis."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(
+            str(ASSETS / "can.xml"),
+            name=name,
+            joints=[{"type": "free", "damping": "0.0005"}],
+            obj_type="all",
+            duplicate_collision_geoms=False,
+        )
+
+
+POSE_OF_CAMERA = {
+    "robot0_agentview_left": ("-0.5 0.35 1.05", "0.55623853 0.29935253 -0.37678665 -0.6775092"),
+    "robot0_agentview_right": ("-0.5 -0.35 1.05", "0.6775092 0.37678665 -0.29935253 -0.55623853"),
+}
+"""Camera -> position [m] and quaternion (wxyz) in the body that carries the arm."""
+
+FOVY_DEG = "60"
+
+
+def mount_robocasa_cameras(robot_model: Any) -> None:
+    """Add the two cameras over the robot's shoulders that RoboCasa's checkpoints were trained with.
+
+    RoboCasa hangs them on the body that carries the arm, 0.5 m behind it, 0.35 m to each side
+    and 1.05 m above, looking forwards, 32.5 degrees down and 12.1 degrees inwards. They move with
+    the base and have no mass, so physics does not see them. The third camera of those
+    checkpoints, ``robot0_eye_in_hand``, is robosuite's own. Poses and field of view are those
+    of ``robocasa/utils/camera_utils.py``, without the noise some of its data sets add.
+
+    One without an Omron base does not get them.
+    """
+    name = f"{robot_model.base.naming_prefix}support"
+    carrier = robot_model.worldbody.find(f".//body[@name='{name}']")
+    if carrier is None:
+        return
+    for camera, (position, quat_wxyz) in POSE_OF_CAMERA.items():
+        pose = {"mode": "fixed", "pos": position, "quat": quat_wxyz, "fovy": FOVY_DEG}
+        ET.SubElement(carrier, "camera", {"name": camera, **pose})
+
 
 Vector = npt.NDArray[np.float64]
 

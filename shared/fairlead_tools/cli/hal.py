@@ -17,8 +17,7 @@ from fairlead.operate.connection import choose_file
 from fairlead.plugins import HALS
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.session import ZenohBus
-from fairlead_tools.cli.by_hand import ends_like_ctrl_c
-from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
     example,
@@ -29,6 +28,7 @@ from fairlead_tools.conformance.row import GROUPS
 
 if TYPE_CHECKING:
     from fairlead_tools.conformance.hal_check import HalCheck
+
 
 SIMULATOR_SHARE = 0.3
 ROBOT_SHARE = 0.1
@@ -73,7 +73,7 @@ def check_command(
             raise ConfigError(expected("hal check: --only", "a group", repr(one), GROUPS))
     deployment = load_deployment(choose_file(target))
     simulator = is_simulator(deployment)
-    from fairlead_tools.conformance.hal_check import Wish, ask_hal, check_hal
+    from fairlead_tools.conformance.hal_check import CheckOptions, ask_hal, check_hal
 
     hal = ask_hal(deployment)
     bus = ZenohBus(deployment.tool_endpoints(deployment.only("safety")))
@@ -83,7 +83,7 @@ def check_command(
             _ask(deployment, amount, yes)
         known, why = (pid, "") if pid else _pid(deployment)
         with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
-            wish = Wish(amount, hold_s, known, why, simulator, tuple(only or ()))
+            wish = CheckOptions(amount, hold_s, known, why, simulator, tuple(only or ()))
             found = check_hal(bus, deployment, hal, wish, line.show)
     finally:
         bus.close()

@@ -20,7 +20,7 @@ def seeing(**change: object) -> SkillManifest:
     return SkillManifest.model_validate(data)
 
 
-def intake(skill: SkillManifest, *, exact: bool) -> ObservationBuffer:
+def gathering(skill: SkillManifest, *, exact: bool) -> ObservationBuffer:
     return ObservationBuffer(skill, "pick", {"front": 4}, exact=exact, has_task=False)
 
 
@@ -34,7 +34,7 @@ def frame(tick: int, value: int = 0) -> Image:
 
 
 def test_lockstep_waits_for_the_frame_that_is_due_at_the_tick() -> None:
-    box = intake(seeing(), exact=True)  # frames are due at ticks 1, 5, 9
+    box = gathering(seeing(), exact=True)  # frames are due at ticks 1, 5, 9
     box.add_layout(layout(7))
     assert box.missing(7) == "image eye from camera front"
     box.add_image(frame(1))
@@ -45,7 +45,7 @@ def test_lockstep_waits_for_the_frame_that_is_due_at_the_tick() -> None:
 
 
 def test_realtime_takes_the_newest_frame_up_to_the_skills_age() -> None:
-    box = intake(seeing(), exact=False)
+    box = gathering(seeing(), exact=False)
     box.add_image(frame(5))
     box.add_layout(layout(15))
     assert box.missing(15) == ""
@@ -55,7 +55,7 @@ def test_realtime_takes_the_newest_frame_up_to_the_skills_age() -> None:
 
 
 def test_a_frame_of_an_earlier_episode_or_of_the_future_does_not_count() -> None:
-    box = intake(seeing(), exact=False)
+    box = gathering(seeing(), exact=False)
     box.add_image(frame(5))
     box.add_layout(msgspec.structs.replace(layout(8), episode_tick=6))
     assert box.missing(8) == "image eye from camera front"
@@ -64,7 +64,7 @@ def test_a_frame_of_an_earlier_episode_or_of_the_future_does_not_count() -> None
 
 
 def test_an_older_frame_that_comes_late_does_not_replace_a_newer_one() -> None:
-    box = intake(seeing(), exact=False)
+    box = gathering(seeing(), exact=False)
     box.add_image(frame(5, value=50))
     box.add_image(frame(4, value=40))
     box.add_layout(layout(6))
@@ -72,13 +72,13 @@ def test_an_older_frame_that_comes_late_does_not_replace_a_newer_one() -> None:
 
 
 def test_the_layouts_own_oldest_input_counts_too() -> None:
-    box = intake(SKILL, exact=False)
+    box = gathering(SKILL, exact=False)
     box.add_layout(layout(9, oldest=6))
     assert box.gather().oldest_tick == 6
 
 
 def test_a_picture_of_another_size_or_encoding_is_a_policy_error() -> None:
-    box = intake(seeing(width=4), exact=False)
+    box = gathering(seeing(width=4), exact=False)
     box.add_image(msgspec.structs.replace(frame(5), encoding_name="depth32f"))
     box.add_layout(layout(5))
     with pytest.raises(PolicyError) as caught:
@@ -96,7 +96,7 @@ def test_lockstep_waits_for_the_task_state_of_the_tick() -> None:
 
 
 def test_a_picture_with_deltas_comes_with_frames_at_those_before_the_newest() -> None:
-    box = intake(seeing(deltas=[-2, -1, 0]), exact=False)
+    box = gathering(seeing(deltas=[-2, -1, 0]), exact=False)
     for tick in (5, 6, 7, 8):
         box.add_image(frame(tick, value=tick))
     box.add_layout(layout(9))
@@ -109,7 +109,7 @@ def test_a_picture_with_deltas_comes_with_frames_at_those_before_the_newest() ->
 
 
 def test_a_picture_without_deltas_has_one_frame() -> None:
-    box = intake(seeing(), exact=False)
+    box = gathering(seeing(), exact=False)
     box.add_image(frame(5))
     box.add_layout(layout(5))
     observation = box.gather().observation
@@ -118,7 +118,7 @@ def test_a_picture_without_deltas_has_one_frame() -> None:
 
 
 def test_before_the_first_frame_of_a_goal_or_an_episode_there_is_that_one_again() -> None:
-    box = intake(seeing(deltas=[-4, -2, 0]), exact=False)
+    box = gathering(seeing(deltas=[-4, -2, 0]), exact=False)
     for tick in (5, 6, 7):
         box.add_image(frame(tick, value=tick))
     box.add_layout(layout(7))
@@ -129,7 +129,7 @@ def test_before_the_first_frame_of_a_goal_or_an_episode_there_is_that_one_again(
 
 
 def test_a_frame_that_was_lost_is_waited_for_and_said_and_never_made_up() -> None:
-    box = intake(seeing(deltas=[-2, 0]), exact=False)
+    box = gathering(seeing(deltas=[-2, 0]), exact=False)
     for tick in (5, 6, 8):
         box.add_image(frame(tick, value=tick))
     box.add_layout(layout(8))
@@ -160,7 +160,7 @@ def test_deltas_ascend_and_end_now(deltas: list[int]) -> None:
 
 
 def test_a_camera_that_stalls_repeats_or_goes_black_is_told_by_its_newest_new_exposure() -> None:
-    box = intake(seeing(), exact=False)
+    box = gathering(seeing(), exact=False)
     assert box.blind(90) == "", "it has not seen anything yet: the goal waits"
     box.add_image(frame(5))
     box.add_image(frame(9))  # a still scene: the same pixels, another exposure
@@ -182,7 +182,7 @@ def test_a_camera_that_stalls_repeats_or_goes_black_is_told_by_its_newest_new_ex
 
 
 def test_a_skill_may_declare_that_a_dark_picture_is_one() -> None:
-    box = intake(seeing(contrast_min=0), exact=False)
+    box = gathering(seeing(contrast_min=0), exact=False)
     box.add_image(black(5))
     box.add_layout(layout(5))
     assert box.missing(5) == ""

@@ -20,7 +20,7 @@ from fairlead.messages import FloatArray, HalPart, floats
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.state_contract import StateContract
-from fairlead_tools.cli.layout_truth import (
+from fairlead_tools.parity.layout_truth import (
     Truth,
     field_error,
     read_truth,
@@ -31,6 +31,7 @@ from fairlead_tools.cli.layout_truth import (
 if TYPE_CHECKING:
     from fairlead_hal_sim import SimulatorOptions
     from fairlead_state_assembler import LocalAssembler
+
 
 ALLOWED = {
     "position": 1e-4,

@@ -1,9 +1,10 @@
-"""``fairlead run``, ``fairlead cancel``, ``fairlead episode``: goals from outside."""
+"""``fairlead run`` and ``fairlead cancel``: a goal, or a chain of them, from outside."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
@@ -11,9 +12,9 @@ import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, RefusedError, expected
-from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus, ResetEpisodeReply
-from fairlead.operate.chain import ChainRun
-from fairlead.operate.client import SEEN_S, RobotClient, load_meanwhile
+from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus
+from fairlead.operate.chain import Chain, ChainGoal, ChainRun, read_chain
+from fairlead.operate.client import RobotClient, load_meanwhile
 from fairlead.operate.connection import choose_file
 from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions
@@ -23,15 +24,8 @@ from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption, armed
-from fairlead_tools.cli.by_hand import ends_like_ctrl_c
-from fairlead_tools.cli.chain_goals import (
-    DEADLINE_TICKS,
-    chain_of,
-    ending_document,
-    is_chain,
-    print_ending,
-)
-from fairlead_tools.cli.console import ProgressLine, echo, print_json
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json
+from fairlead_tools.cli.episodes import new_episode
 from fairlead_tools.cli.options import (
     MAX_NUMBER,
     DeploymentOption,
@@ -40,9 +34,12 @@ from fairlead_tools.cli.options import (
     complete_skill,
     example,
 )
-from fairlead_tools.cli.starting import wait_seen, wait_started
+from fairlead_tools.cli.running_deployments import wait_seen, wait_started
+from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.cli.status import state_and_cause
 
+DEADLINE_TICKS = 1200
+"""Of a goal that a person runs, unless they say another."""
 MAX_STALL_S = 86_400.0
 WhatArgument = Annotated[
     str,
@@ -101,7 +98,7 @@ def run_command(
     which goal comes after which, and how often one is tried again. Between goals of the same
     parts nothing holds, once the first has succeeded; else the parts hold.
     """
-    chain = chain_of(skill, prompt, then or [], runner, deadline_ticks, stall_timeout)
+    chain = _chain_of(skill, prompt, then or [], runner, deadline_ticks, stall_timeout)
     for goal in chain.goals:
         load_skill(goal.skill)  # one that does not exist is said first
     file = choose_file(deployment)
@@ -124,15 +121,71 @@ def run_command(
                 progress, runner = _run_all(client, run, wishes, told if as_json else None)
         finally:  # after Ctrl-C, too
             if as_json and told:
-                several = is_chain(skill) or then
-                print_json(ending_document(skill, run, told) if several else told[0])
+                several = _is_chain(skill) or then
+                ended = {"chain": skill, "outcome": run.ending, "why": run.why, "goals": told}
+                print_json(ended if several else told[0])
         gate = client.gate_status()
-    if is_chain(skill) and not as_json:
-        print_ending(skill, run)
+    if _is_chain(skill) and not as_json:
+        why = f": {run.why}" if run.why else ""
+        echo(f"{skill} {run.ending or 'ended'} after {run.begun} goals{why}")
     if run.ending != "succeeded":
         for hint in goal_hints(progress, gate, runner):
             echo(hint, err=True)
         raise typer.Exit(1)
+
+
+def _is_chain(what: str) -> bool:
+    """Whether a person means a file with goals."""
+    return what.endswith((".yaml", ".yml"))
+
+
+def _chain_of(
+    what: str,
+    prompt: str,
+    then: Sequence[str],
+    runner: str,
+    deadline_ticks: int,
+    stall_timeout_s: float,
+) -> Chain:
+    """The goals of a file, or one of a skill and those after it; folders are linked.
+
+    Raises:
+        ConfigError: the file or a skill does not fit, or options are given beside a file.
+    """
+    if not what:
+        raise ConfigError(expected("run", "a skill or a chain's file", repr(what)))
+    first = ChainGoal(
+        name="1",
+        skill=what,
+        prompt=prompt,
+        runner=runner,
+        deadline_ticks=deadline_ticks,
+        stall_timeout_s=stall_timeout_s,
+    )
+    if _is_chain(what):
+        if then or first != ChainGoal(name="1", skill=what, deadline_ticks=DEADLINE_TICKS):
+            wanted = "prompt, runner, deadline and stall timeout of each goal in the file"
+            raise ConfigError(expected(f"chain {what}", wanted, "such options on the command line"))
+        chain = read_chain(Path(what))
+        skills = [_from(Path(what).parent, goal.skill) for goal in chain.goals]
+    else:
+        steps = [step.partition(":") for step in then]
+        others = [
+            first.model_copy(update={"name": f"{number}", "prompt": words.strip()})
+            for number, (_, _, words) in enumerate(steps, 2)
+        ]
+        chain = Chain(goals=(first, *others), most_goals=1 + len(others))
+        skills = [what, *(skill.strip() for skill, _, _ in steps)]
+    goals = [
+        goal.model_copy(update={"skill": installed_skill(skill)})
+        for goal, skill in zip(chain.goals, skills, strict=True)
+    ]
+    return chain.model_copy(update={"goals": tuple(goals)})
+
+
+def _from(folder: Path, skill: str) -> str:
+    """A folder's path is from where the chain's file is."""
+    return str(folder / skill) if "/" in skill else skill
 
 
 def _run_all(
@@ -242,56 +295,3 @@ def _chosen_runner(deployment: Deployment, named: str | None) -> str:
     raise ConfigError(
         f"{what}; a claim of another program ends where it was started; fairlead disarm ends all"
     )
-
-
-@example("fairlead episode --seed 7")
-def episode_command(
-    seed: Annotated[
-        int, typer.Option(min=0, max=MAX_NUMBER, help="where things stand in the new scene")
-    ] = 0,
-    deployment: DeploymentOption = None,
-) -> None:
-    """Start a new episode of a simulator, without a goal, and wait until the robot stands in it.
-
-    Disarms first. Refused while somebody has a claim, or the gate is stopped or latched.
-    """
-    chosen = choose_deployment(deployment)
-    with RobotClient(chosen, by="fairlead episode") as client:
-        reply = new_episode(client, seed)
-    echo(f"{chosen.id} is in a new episode, seed {seed}, from tick {reply.episode_tick} on")
-    echo("next: fairlead run SKILL, or fairlead arm")
-
-
-def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
-    """Disarm, start a new episode, and return once the HAL confirms that the robot stands in it.
-
-    Raises:
-        RefusedError: a goal runs, somebody has a claim, the gate is stopped or latched, the robot
-            is real.
-        NoAnswerError: the gate or the HAL does not answer.
-    """
-    gate = client.gate_status()
-    _require_no_stop(gate)
-    for goal in client.status(timeout_s=SEEN_S).runners:
-        if goal.is_running:  # without a claim, say: it loads its policy
-            why = f"a new episode would be under the goal of {goal.source}, which runs {goal.skill}"
-            raise RefusedError("fairlead", why, f"fairlead cancel {goal.source}")
-    if gate.claims:
-        claim = gate.claims[0]
-        why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"
-        is_runners = claim.source in client.deployment.runners
-        fix = f"fairlead cancel {claim.source}" if is_runners else "end it where it was started"
-        raise RefusedError("fairlead", why, fix)
-    if gate.state == GateState.ARMED:
-        client.disarm()
-    try:
-        return client.reset_episode(seed)
-    except RefusedError:
-        _require_no_stop(client.gate_status())  # its answer has the id
-        raise
-
-
-def _require_no_stop(gate: GateStatus) -> None:
-    if gate.state in (GateState.STOPPED, GateState.LATCHED):
-        why = f"no new episode while the gate is {state_and_cause(gate)}"
-        raise RefusedError("fairlead", why, gate.fix)

@@ -1,4 +1,4 @@
-"""Waiting for services that `fairlead up` has begun to start."""
+"""The deployments that run on this machine, and those that `fairlead up` has begun to start."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry, Running
+from fairlead.errors import ConfigError
 from fairlead.operate.client import RobotClient
 
 START_TIMEOUT_S = 120.0  # as long as `fairlead up` itself waits
@@ -64,3 +66,18 @@ def wait_seen(client: RobotClient, file: Path, registry: Registry | None = None)
     by_hand = {name for entry in entries_of(file, registry) for name in entry.by_hand}
     client.wait_alive(*by_hand, timeout_s=START_TIMEOUT_S)
     client.wait_alive(*client.deployment.services)
+
+
+def running_file(robot: str) -> Path | None:
+    """The deployment file of a robot that runs on this machine, if one does."""
+    files = [Path(entry.deployment) for entry in Registry().entries()]
+    return next((one for one in files if load_deployment(one).robot == robot), None)
+
+
+def running_robot() -> str | None:
+    """The robot of the only deployment that runs on this machine."""
+    try:
+        robots = {load_deployment(Path(one.deployment)).robot for one in Registry().entries()}
+    except ConfigError:  # its file has changed or gone since
+        return None
+    return robots.pop() if len(robots) == 1 else None

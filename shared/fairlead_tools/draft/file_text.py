@@ -1,13 +1,38 @@
-"""A deployment file for a drafted robot: every service on this machine, in lockstep."""
+"""The text of a drafted robot's files: robot.yaml, and a deployment file."""
 
 from __future__ import annotations
 
 import re
 import zlib
 from collections.abc import Sequence
+from typing import Any
+
+import yaml
 
 from fairlead.deploy.process_table import is_listening
 from fairlead.paths import deployment_files
+from fairlead.yaml_file import RowDumper
+from fairlead_tools.draft.robot_document import DraftRobot
+
+
+class _Dumper(RowDumper):
+    """What both profiles share is written once."""
+
+    def generate_anchor(self, node: Any) -> str:
+        return super().generate_anchor(node).replace("id", "sim_")
+
+
+def robot_text(robot: DraftRobot, command: str) -> str:
+    """robot.yaml's text."""
+    head = (
+        f"# Drafted by: {command}\n"
+        "# to_confirm lists what nobody has given or confirmed yet: correct each, then delete its\n"
+        "# line. The profile hardware is not compiled before. Where it differs from sim, replace\n"
+        "# its *alias by a block of its own.\n"
+    )
+    text = yaml.dump(robot.document(), Dumper=_Dumper, sort_keys=False, width=120)
+    return head + text
+
 
 _FIRST, _BLOCKS, _EACH = 7600, 200, 10
 SERVICES = ("safety", "state_assembler", "runner")

@@ -1,4 +1,4 @@
-"""The episodes of ``fairlead eval``: one goal in each, and what the gate's log says of it."""
+"""``fairlead episode``, and those of ``fairlead eval``: a goal in each, and what the log says."""
 
 from __future__ import annotations
 
@@ -9,21 +9,31 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Annotated, TypeVar
+
+import typer
 
 from fairlead.errors import RefusedError
-from fairlead.messages import GateState, GoalResult, Outcome, Verdict, decode
-from fairlead.operate.client import RobotClient
+from fairlead.messages import (
+    GateState,
+    GateStatus,
+    GoalResult,
+    Outcome,
+    ResetEpisodeReply,
+    Verdict,
+    decode,
+)
+from fairlead.operate.client import SEEN_S, RobotClient
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Sample
 from fairlead_tools.cli.arming import armed
-from fairlead_tools.cli.console import ProgressLine
-from fairlead_tools.cli.goals import new_episode
+from fairlead_tools.cli.console import ProgressLine, echo
+from fairlead_tools.cli.options import MAX_NUMBER, DeploymentOption, choose_deployment, example
 from fairlead_tools.cli.status import state_and_cause
-from fairlead_tools.record.run_log import Run, read_run
-from fairlead_tools.record.smoothness import smoothness
-from fairlead_tools.record.timeline import draw_timeline
+
+if TYPE_CHECKING:
+    from fairlead_tools.record.run_log import Run
 
 NO_TRIAL = frozenset(
     {
@@ -181,6 +191,8 @@ def succeeded(done: Sequence[Episode]) -> int:
 def runs_since(state: Path, since_s: float) -> list[Run]:
     """The decision logs below a folder that were written since a time (UNIX, s)."""
     logs = [path for path in state.rglob("*.decisions") if path.stat().st_mtime >= since_s]
+    from fairlead_tools.record.run_log import read_run
+
     return [read_run(path) for path in sorted(logs)]
 
 
@@ -188,6 +200,9 @@ def with_motion(
     done: Sequence[Episode], runs: Sequence[Run], skill: str, out: Path
 ) -> list[Episode]:
     """The episodes with what the gate's log says of them, and a picture of each that failed."""
+    from fairlead_tools.record.smoothness import smoothness
+    from fairlead_tools.record.timeline import draw_timeline
+
     told = []
     for one in done:
         seen = runs if one.first_tick else ()  # it ended before its first observation
@@ -205,3 +220,56 @@ def with_motion(
                 one = replace(one, picture=str(path))
         told.append(one)
     return told
+
+
+@example("fairlead episode --seed 7")
+def episode_command(
+    seed: Annotated[
+        int, typer.Option(min=0, max=MAX_NUMBER, help="where things stand in the new scene")
+    ] = 0,
+    deployment: DeploymentOption = None,
+) -> None:
+    """Start a new episode of a simulator, without a goal, and wait until the robot stands in it.
+
+    Disarms first. Refused while somebody has a claim, or the gate is stopped or latched.
+    """
+    chosen = choose_deployment(deployment)
+    with RobotClient(chosen, by="fairlead episode") as client:
+        reply = new_episode(client, seed)
+    echo(f"{chosen.id} is in a new episode, seed {seed}, from tick {reply.episode_tick} on")
+    echo("next: fairlead run SKILL, or fairlead arm")
+
+
+def new_episode(client: RobotClient, seed: int) -> ResetEpisodeReply:
+    """Disarm, start a new episode, and return once the HAL confirms that the robot stands in it.
+
+    Raises:
+        RefusedError: a goal runs, somebody has a claim, the gate is stopped or latched, the robot
+            is real.
+        NoAnswerError: the gate or the HAL does not answer.
+    """
+    gate = client.gate_status()
+    _require_no_stop(gate)
+    for goal in client.status(timeout_s=SEEN_S).runners:
+        if goal.is_running:  # without a claim, say: it loads its policy
+            why = f"a new episode would be under the goal of {goal.source}, which runs {goal.skill}"
+            raise RefusedError("fairlead", why, f"fairlead cancel {goal.source}")
+    if gate.claims:
+        claim = gate.claims[0]
+        why = f"a new episode would end the claim of {claim.source}, which runs {claim.skill}"
+        is_runners = claim.source in client.deployment.runners
+        fix = f"fairlead cancel {claim.source}" if is_runners else "end it where it was started"
+        raise RefusedError("fairlead", why, fix)
+    if gate.state == GateState.ARMED:
+        client.disarm()
+    try:
+        return client.reset_episode(seed)
+    except RefusedError:
+        _require_no_stop(client.gate_status())  # its answer has the id
+        raise
+
+
+def _require_no_stop(gate: GateStatus) -> None:
+    if gate.state in (GateState.STOPPED, GateState.LATCHED):
+        why = f"no new episode while the gate is {state_and_cause(gate)}"
+        raise RefusedError("fairlead", why, gate.fix)

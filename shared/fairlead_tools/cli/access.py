@@ -1,25 +1,72 @@
-"""``fairlead certs``: what proves names between the hosts of a deployment."""
+"""``fairlead acl`` and ``certs``: who may do what on a robot's keys, and what proves names."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from fairlead.deploy.access import Rights, rights
 from fairlead.deploy.access_warnings import access_warnings
-from fairlead.deploy.certificates import (
-    Certificate,
-    certificates_dir,
-    every_certificate,
-    trusted_mark,
-)
-from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.keys import Keys
-from fairlead_tools.certificates.authority import Authority, Place, certified
+from fairlead.operate.connection import choose_file
 from fairlead_tools.cli.console import echo, print_json, print_table
-from fairlead_tools.cli.options import DeploymentArgument, JsonOption, example, make_group
+from fairlead_tools.cli.options import (
+    DeploymentArgument,
+    JsonOption,
+    example,
+    make_group,
+    parse_running_or_file,
+)
+
+
+@example("fairlead acl show panda_mujoco")
+def acl_show_command(
+    target: Annotated[
+        Path | None,
+        typer.Argument(
+            parser=parse_running_or_file,
+            metavar="NAME_OR_FILE",
+            help="as in `fairlead ps`, a name in compose/, or a file; "
+            "without it: the only deployment that runs here",
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show who may write and read each key of a deployment; nobody may do anything else.
+
+    Who writes a query asks it, who reads it answers it. EXCEPT: keys of ``KEY`` that are somebody's
+    own; those have a line of their own.
+    """
+    deployment = load_deployment(choose_file(target))
+    found = list(rights(deployment.parties))
+    if as_json:
+        rows = [
+            {"key": r.key, "except": r.but, "kind": r.kind, "write": r.write, "read": r.read}
+            for r in found
+        ]
+        print_json({"access": deployment.access, "rows": rows})
+        return
+    header = ("KEY", "KIND", "MAY WRITE", "MAY READ", "EXCEPT")
+    print_table(header, [_rights_row(one) for one in found])
+    if deployment.open_access:
+        echo(f"\nWARNING nothing enforces this: {deployment.open_access}")
+
+
+def _rights_row(one: Rights) -> tuple[str, str, str, str, str]:
+    return one.key, one.kind, ", ".join(one.write), ", ".join(one.read), ", ".join(one.but)
+
+
+acl_group = make_group("acl", "Show who may do what on a robot's keys.", {"show": acl_show_command})
+
+
+if TYPE_CHECKING:
+    from fairlead.deploy.certificates import Certificate
+    from fairlead_tools.certificates.authority import Authority, Place
 
 NamesArgument = Annotated[
     list[str] | None,
@@ -33,12 +80,12 @@ RESTART = "on the router's host: fairlead restart router"
 
 
 @example("fairlead certs new ./panda_mobile_two_hosts.yaml")
-def new_command(deployment: DeploymentArgument, days: DaysOption = DAYS) -> None:
+def certs_new_command(deployment: DeploymentArgument, days: DaysOption = DAYS) -> None:
     """Make the certificates that a deployment has not yet: of all its hosts, on one machine.
 
     The keys that sign stay on this machine.
     """
-    authority = Authority(loaded := load_deployment(deployment))
+    authority = _authority(loaded := load_deployment(deployment))
     left = authority.left
     made = authority.new(datetime.now(UTC), days)
     echo(f"made {_named(made) or 'nothing: there is one for every name'}")
@@ -52,11 +99,11 @@ def new_command(deployment: DeploymentArgument, days: DaysOption = DAYS) -> None
 
 
 @example("fairlead certs renew ./panda_mobile_two_hosts.yaml gpu")
-def renew_command(
+def certs_renew_command(
     deployment: DeploymentArgument, names: NamesArgument = None, days: DaysOption = DAYS
 ) -> None:
     """Make new certificates for all names, or some; the old ones stay valid to their end."""
-    authority = Authority(load_deployment(deployment))
+    authority = _authority(load_deployment(deployment))
     places = authority.places(names or [])
     authority.renew(places, datetime.now(UTC), days)
     echo(f"renewed {_named(places)}")
@@ -65,12 +112,12 @@ def renew_command(
 
 
 @example("fairlead certs revoke ./panda_mobile_two_hosts.yaml gpu")
-def revoke_command(
+def certs_revoke_command(
     deployment: DeploymentArgument,
     names: Annotated[list[str], typer.Argument(help="as of `renew`", metavar="NAME...")],
 ) -> None:
     """Take certificates back: once the router starts again, it lets nobody in who shows one."""
-    authority = Authority(load_deployment(deployment))
+    authority = _authority(load_deployment(deployment))
     places = authority.places(names, left=True)
     authority.revoke(places)
     echo(f"revoked {_named(places)}")
@@ -80,11 +127,14 @@ def revoke_command(
 
 
 @example("fairlead certs show ./panda_mobile_two_hosts.yaml")
-def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) -> None:
+def certs_show_command(deployment: DeploymentArgument, as_json: JsonOption = False) -> None:
     """Show which certificates there are on this machine, and when they end."""
+    from fairlead.deploy.certificates import certificates_dir, every_certificate, trusted_mark
+    from fairlead_tools.certificates.authority import certified
+
     keys, now = (loaded := load_deployment(deployment)).keys, datetime.now(UTC)
     found = {(one.host, one.file.stem): one for one in every_certificate(keys)}
-    rows = [_row(keys, place, found.get(place), now) for place in certified(loaded)]
+    rows = [_certificate_row(keys, place, found.get(place), now) for place in certified(loaded)]
     if as_json:
         print_json([dict(zip(("host", "name", "ends", "state"), row, strict=True)) for row in rows])
         return
@@ -99,12 +149,18 @@ def show_command(deployment: DeploymentArgument, as_json: JsonOption = False) ->
         echo(f"whom the router lets in, once it has started again: mark {lets_in}")
 
 
-def _row(
+def _certificate_row(
     keys: Keys, place: Place, found: Certificate | None, now: datetime
 ) -> tuple[str, str, str, str]:
     if found is None:
         return *place, "", "none here"
     return *place, f"{found.ends:%Y-%m-%d %H:%M} UTC", found.warning(keys, now) or "valid"
+
+
+def _authority(deployment: Deployment) -> Authority:
+    from fairlead_tools.certificates.authority import Authority  # cryptography takes a moment
+
+    return Authority(deployment)
 
 
 def _named(places: Iterable[Place]) -> str:
@@ -130,8 +186,13 @@ def _say_what_to_copy(authority: Authority, changed: Iterable[Place]) -> None:
         echo(f"  rsync -a --mkpath {folder}/ {hosts[one]}:{folder}/")
 
 
-group = make_group(
+certs_group = make_group(
     "certs",
     "Make, show, renew and revoke what proves names between hosts.",
-    {"new": new_command, "show": show_command, "renew": renew_command, "revoke": revoke_command},
+    {
+        "new": certs_new_command,
+        "show": certs_show_command,
+        "renew": certs_renew_command,
+        "revoke": certs_revoke_command,
+    },
 )
