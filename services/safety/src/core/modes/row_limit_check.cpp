@@ -1,9 +1,7 @@
 #include "core/modes/row_limit_check.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace fairlead {
 
@@ -113,41 +111,7 @@ Evidence check_step(const RowView& view) {
   return !evidence.ok() ? evidence : checker_of(view).step(code::step, view, view.previous);
 }
 
-bool rows_in_order(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
-                   const ActionPart& action, std::size_t first_row, std::size_t end_row) {
-  const JointModeLimits* mode = joint_block(modes, action.mode);
-  if (mode == nullptr) return false;
-  for (const std::size_t j : limits.parts[action.part].joints)
-    if (is_outside(limits.joints[j], state.positions[j])) return false;
-  constexpr double endless = std::numeric_limits<double>::infinity();
-  const std::size_t width = limits.joints.size();
-  for (const std::uint8_t j : action.active) {
-    const JointLimits& joint = limits.joints[j];
-    const double fastest = std::min(joint.velocity_limit, mode->claimed_limit);
-    const bool is_speed = action.mode == static_cast<std::uint8_t>(Mode::joint_velocity);
-    const double lower = is_speed ? -fastest : joint.bounded ? joint.bounds.lower : -endless;
-    const double upper = is_speed ? fastest : joint.bounded ? joint.bounds.upper : endless;
-    const double step = mode->step_limit[j];
-    double last = action.values[first_row * width + j];
-    bool in_order = true;
-    for (std::size_t row = first_row; row < end_row; ++row) {
-      const double now = action.values[row * width + j];
-      in_order &= (now >= lower) & (now <= upper) & (std::abs(now - last) <= step);
-      last = now;
-    }
-    if (!in_order) return false;
-  }
-  return true;
-}
-
-bool RowLimitCheck::are_in_order() const {
-  return std::all_of(chunk.parts.begin(), chunk.parts.end(), [&](const ActionPart& action) {
-    return rows_in_order(limits, claim.modes[action.part], state, action, first_row, chunk.horizon);
-  });
-}
-
 Evidence RowLimitCheck::check(std::size_t row) const {
-  if (in_order && row > first_row) return {};
   const bool is_first = row == first_row;
   const auto each_part = [&](const auto& rule) -> Evidence {
     for (const ActionPart& action : chunk.parts) {

@@ -71,12 +71,6 @@ Evidence binary_absolute(const RowView& view);
 Evidence gripper_start(const RowView& view, const Setpoint* acted);
 Evidence scalar_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
-/// Whether check_absolute finds no fault with any row of a part from `first_row` to `end_row`, nor
-/// check_step with any but the first: the same comparisons, joint by joint and without words. False
-/// says nothing; so it is of modes that command no single joints.
-bool rows_in_order(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
-                   const ActionPart& action, std::size_t first_row, std::size_t end_row);
-
 /// Everything must outlive it.
 struct RowLimitCheck {
   const Limits& limits;
@@ -85,13 +79,11 @@ struct RowLimitCheck {
   const ActionChunk& chunk;
   std::size_t first_row;
   const RowBefore& before;
-  const bool in_order = are_in_order();  // all parts' rows, by `rows_in_order`
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.
   [[nodiscard]] Evidence check(std::size_t row) const;
 
  private:
-  [[nodiscard]] bool are_in_order() const;
   [[nodiscard]] Evidence check_left_out_parts() const;
 };
 
