@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "bench_robot.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judge_chunk.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
 
 namespace fairlead::bench {

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead::bench {
 namespace {

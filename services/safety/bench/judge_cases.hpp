@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench_robot.hpp"
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judge_chunk.hpp"
 #include "stopwatch.hpp"
 
 namespace fairlead::bench {

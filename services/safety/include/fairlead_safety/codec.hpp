@@ -30,20 +30,16 @@ enum class FrameFault : std::uint8_t {
 /// For verdicts and logs, for example "trailing bytes".
 std::string_view fault_name(FrameFault fault);
 
-/// Decode one frame into `message`. On a fault `message` is unspecified and must not be used.
-/// NumberViews in it point into `frame`.
+/// Decode one frame into `message`. On a fault `message` is unspecified and must not be used, and
+/// `at` is the byte at which it was found. NumberViews in the message point into `frame`.
 template <class Message>
-FrameFault decode(Bytes frame, Message& message);
-
-/// The same; `at` is the byte at which a fault was found.
-template <class Message>
-FrameFault decode(Bytes frame, Message& message, std::size_t& at);
+FrameFault decode(Bytes frame, Message& message, std::size_t* at = nullptr);
 
 /// Encode into `buffer`; returns the number of bytes written, 0 if they do not fit.
 template <class Message>
 std::size_t encode(const Message& message, std::span<std::uint8_t> buffer);
 
-// All are instantiated in codec.cpp for every message of messages.hpp; `at` for ActionChunk.
+// All are instantiated in codec.cpp for every message.
 
 struct ChunkHead {
   std::uint64_t session = 0;

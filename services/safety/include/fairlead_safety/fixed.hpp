@@ -38,7 +38,6 @@ class FixedVec {
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool empty() const { return size_ == 0; }
-  [[nodiscard]] bool full() const { return size_ == N; }
   T& operator[](std::size_t i) { return items_[checked(i)]; }
   const T& operator[](std::size_t i) const { return items_[checked(i)]; }
   T* begin() { return items_.data(); }
@@ -118,8 +117,6 @@ using Bytes = std::span<const std::uint8_t>;
 template <std::size_t N>
 class TickWindow {
  public:
-  static constexpr std::size_t capacity = N;
-
   void add(std::uint64_t tick) {
     ticks_[next_] = tick;
     next_ = (next_ + 1) % N;

@@ -10,8 +10,8 @@
 
 #include "fairlead_safety/fixed.hpp"
 #include "fairlead_safety/limits.hpp"
-#include "fairlead_safety/messages.hpp"
 #include "fairlead_safety/outputs.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 namespace fairlead {
 

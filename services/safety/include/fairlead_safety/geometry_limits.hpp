@@ -102,10 +102,15 @@ struct BaseLimits {
   // in proportion where it is slower [m].
   double tool_drift = unset;
   double clearance_drift = unset;
-  // x and y of joint_velocity are told in odom turned by minus the yaw, not in odom.
+  // x and y of joint_velocity are commanded in odom turned by minus the yaw, not in odom.
   bool against_yaw = false;
   FixedVec<Zone, max_zones> zones;  // at least one keeps the base in
   Text source;
+
+  /// Whether joint_velocity's number of a joint is turned, with that of the base's other slide.
+  [[nodiscard]] bool is_turned(std::size_t joint) const {
+    return present && against_yaw && (joint == joints[0] || joint == joints[1]);
+  }
 };
 
 }  // namespace fairlead

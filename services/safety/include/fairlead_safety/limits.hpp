@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "fairlead_safety/fixed.hpp"
 #include "fairlead_safety/geometry_limits.hpp"
@@ -31,36 +32,34 @@ struct Bounds {
   double tolerance = unset;
 };
 
-/// One commanded joint, in wire order. SI units.
-struct JointLimits {
+/// One measured joint. SI units.
+struct MeasuredLimits {
   Name name;
-  std::size_t part = max_parts;  // index into Limits::parts
-  JointKind kind = JointKind::revolute;
-  bool bounded = true;            // false only where the file declares `zones` instead of `bounds`
-  Bounds bounds;                  // unused where bounded is false
-  double velocity_limit = unset;  // unset for a gripper's: nothing tells it how fast
-  double acceleration_limit = unset;  // likewise
-  double effort_limit = unset;
+  Bounds bounds;              // unused where a commanded joint is not bounded
   double jump_limit = unset;  // largest change of the measured position in one tick
   double standstill_velocity = unset;
-  double contact_limit = unset;  // G042: largest measured effort [N m or N]
-  double encoder_step = unset;   // G041: a smaller change of the measured position is none
-  // G041: what may be told since the last measured change, over any number of ticks, without
-  // anything having to move [rad or m].
-  double dead_band = unset;
-  // G024, G031, G032, G034: for so long it goes on at its speed when a motion that it was told as
-  // a speed or a share of one ends [s]: a servo lags, and makes up for that.
-  double stop_lag = unset;
   Text source;
 };
 
-/// One measured joint that nothing commands.
-struct PassiveLimits {
-  Name name;
-  Bounds bounds;
-  double jump_limit = unset;
-  double standstill_velocity = unset;
-  Text source;
+/// One that nothing commands.
+using PassiveLimits = MeasuredLimits;
+
+/// One commanded joint, in wire order.
+struct JointLimits : MeasuredLimits {
+  std::size_t part = max_parts;  // index into Limits::parts
+  JointKind kind = JointKind::revolute;
+  bool bounded = true;            // false only where the file declares `zones` instead of `bounds`
+  double velocity_limit = unset;  // unset for a gripper's: nothing commands how fast
+  double acceleration_limit = unset;  // likewise
+  double effort_limit = unset;
+  double contact_limit = unset;  // G042: largest measured effort [N m or N]
+  double encoder_step = unset;   // G041: a smaller change of the measured position is none
+  // G041: what may be commanded since the last measured change, over any number of ticks, without
+  // anything having to move [rad or m].
+  double dead_band = unset;
+  // G024, G031, G032, G034: for so long it goes on at its speed when a motion that was commanded as
+  // a speed or a share of one ends [s]: a servo lags, and makes up for that.
+  double stop_lag = unset;
 };
 
 /// Which share of the motion that a row asks for happens within its tick: the tracking model.
@@ -115,7 +114,7 @@ struct PoseLimits {
   std::array<double, 3> upper{unset, unset, unset};
   double linear_step_limit = unset;
   double angular_step_limit = unset;
-  double linear_tracking = unset;  // G040: distance of the measured tool from the pose told [m]
+  double linear_tracking = unset;  // G040: distance of the measured tool from the pose [m]
   double angular_tracking = unset;
   Text source;
 };
@@ -140,7 +139,7 @@ struct ScalarLimits {
   Text source;
 };
 
-/// Everything one part may be told. A claim has its own copy, which it can only tighten.
+/// Everything one part may be commanded. A claim has its own copy, which it can only tighten.
 struct ModeLimits {
   JointModeLimits joint_position;
   JointModeLimits joint_velocity;
@@ -155,6 +154,83 @@ struct ModeLimits {
 
   [[nodiscard]] bool supports(std::uint8_t mode) const;
 };
+
+// Which block belongs to which mode: modes of one family share their blocks' type and rules.
+
+/// `Block*`, to const where `Modes` is.
+template <class Modes, class Block>
+using BlockPointer = std::conditional_t<std::is_const_v<Modes>, const Block*, Block*>;
+
+/// Whether a mode commands joints to positions.
+inline bool is_target(Mode mode) {
+  return mode == Mode::joint_position || mode == Mode::dex_hand_joint;
+}
+
+/// Block of a mode that commands joints one by one; nullptr for any other mode.
+template <class Modes>
+BlockPointer<Modes, JointModeLimits> joint_block(Modes& modes, std::uint8_t mode) {
+  switch (static_cast<Mode>(mode)) {
+    case Mode::joint_position:
+      return &modes.joint_position;
+    case Mode::joint_velocity:
+      return &modes.joint_velocity;
+    case Mode::dex_hand_joint:
+      return &modes.dex_hand_joint;
+    default:
+      return nullptr;
+  }
+}
+
+/// Block of a mode judged by two norms; nullptr for any other mode.
+template <class Modes>
+BlockPointer<Modes, CartesianLimits> norm_block(Modes& modes, std::uint8_t mode) {
+  switch (static_cast<Mode>(mode)) {
+    case Mode::cartesian_delta:
+      return &modes.cartesian_delta;
+    case Mode::cartesian_twist:
+      return &modes.cartesian_twist;
+    case Mode::body_twist:
+      return &modes.body_twist;
+    default:
+      return nullptr;
+  }
+}
+
+/// Block of a mode that is one number in a range; nullptr for any other mode.
+template <class Modes>
+BlockPointer<Modes, ScalarLimits> scalar_block(Modes& modes, std::uint8_t mode) {
+  switch (static_cast<Mode>(mode)) {
+    case Mode::gripper_position:
+      return &modes.gripper_position;
+    case Mode::composite_mode:
+      return &modes.composite_mode;
+    default:
+      return nullptr;
+  }
+}
+
+/// The frames a mode may be given in; nullptr for a mode that has none.
+inline const FixedVec<Name, max_frames>* frames_of(const ModeLimits& modes, std::uint8_t mode) {
+  if (mode == static_cast<std::uint8_t>(Mode::cartesian_pose)) return &modes.cartesian_pose.frames;
+  const CartesianLimits* norms = norm_block(modes, mode);
+  return norms == nullptr ? nullptr : &norms->frames;
+}
+
+/// A gripper is commanded to openings and by nothing else: not how fast.
+inline bool only_grips(const ModeLimits& modes) {
+  for (std::uint8_t mode = 0; mode < mode_count; ++mode) {
+    const bool opening = static_cast<Mode>(mode) == Mode::gripper_position ||
+                         static_cast<Mode>(mode) == Mode::gripper_binary;
+    if (modes.supports(mode) && !opening) return false;
+  }
+  return modes.gripper_position.supported || modes.gripper_binary.supported;
+}
+
+/// Whether a mode moves the part's tool frame as a whole, and not its joints one by one.
+inline bool moves_tool(const ModeLimits& modes) {
+  return modes.cartesian_pose.supported || modes.cartesian_delta.supported ||
+         modes.cartesian_twist.supported;
+}
 
 struct PartLimits {
   Name name;
@@ -184,7 +260,7 @@ struct ProtocolLimits {
   std::uint32_t bad_frames_limit = 0;
   std::uint32_t bad_frames_window_ticks = 0;
   std::uint32_t stuck_ticks = 0;       // G041: ticks of commanded motion without a change
-  std::uint32_t stop_ramp_ms = 0;      // G043: told to stop, at standstill within it
+  std::uint32_t stop_ramp_ms = 0;      // G043: at standstill within it
   std::uint32_t step_deadline_us = 0;  // G050: a step of the gate itself, in realtime
   std::uint32_t second_person_s = 0;   // a latch is reset by two persons within it; 0: by one
 };
@@ -207,6 +283,10 @@ struct Limits {
   ProtocolLimits protocol;
 
   [[nodiscard]] std::size_t measured_count() const { return joints.size() + passive_joints.size(); }
+  /// Measured joint `i`: the commanded ones come first.
+  [[nodiscard]] const MeasuredLimits& measured(std::size_t i) const {
+    return i < joints.size() ? joints[i] : passive_joints[i - joints.size()];
+  }
 };
 
 /// The first thing wrong with a configuration, "" if nothing is: the key, what was expected and

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "fairlead_safety/limits.hpp"
-#include "fairlead_safety/wire_fields.hpp"
+#include "fairlead_safety/messages.hpp"
 
 namespace fairlead {
 

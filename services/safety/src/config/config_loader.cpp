@@ -11,7 +11,7 @@
 #include "config/config_tree.hpp"
 #include "config/config_values.hpp"
 #include "config/sha256.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "config/config_values.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {

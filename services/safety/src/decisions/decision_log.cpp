@@ -11,7 +11,7 @@
 
 #include "decisions/log_file.hpp"
 #include "decisions/record_ring.hpp"
-#include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 namespace fairlead {
 namespace {

@@ -172,7 +172,7 @@ int report_again(const LogWords& words, json found, const Findings& findings) {
 std::string in_words(const Verdict& verdict, std::set<std::string>& said) {
   if (verdict.outcome == static_cast<std::uint8_t>(Outcome::released)) return "released";
   const std::string source(verdict.limit_source.view());
-  const bool is_news = verdict.has_magnitude() && said.emplace(source).second;
+  const bool is_news = has_magnitude(verdict) && said.emplace(source).second;
   return verdict_text(verdict) + (is_news ? " (" + source + ")" : "");
 }
 

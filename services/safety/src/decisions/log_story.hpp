@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "decisions/record.hpp"
-#include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 namespace fairlead {
 

@@ -6,6 +6,7 @@
 
 #include "core/kinematics/forward_kinematics.hpp"
 #include "decisions/verdict_document.hpp"
+#include "process/verdict_text.hpp"
 
 namespace fairlead {
 namespace {
@@ -151,7 +152,7 @@ json all_rows(ChunkProbe& probe, std::size_t action, const Limits& limits,
 // A rule has no magnitude; a change (G025) is a matter of when, not of how much.
 bool is_about_numbers(const Verdict& verdict) {
   return verdict.row >= 0 && verdict.code >= 20 && verdict.code != 25 &&
-         std::isfinite(verdict.value) && verdict.has_magnitude();
+         std::isfinite(verdict.value) && has_magnitude(verdict);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "process/foreign_name.hpp"
 
 #include "fairlead_safety/codec.hpp"
-#include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 namespace fairlead {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "config/sha256.hpp"
 #include "fairlead_safety/codec.hpp"
-#include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/query_messages.hpp"
 #include "process/foreign_name.hpp"
 #include "process/verdict_text.hpp"
 

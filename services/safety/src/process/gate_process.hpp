@@ -16,7 +16,7 @@
 
 #include "decisions/decision_log.hpp"
 #include "fairlead_safety/gate.hpp"
-#include "fairlead_safety/messages.hpp"
+#include "fairlead_safety/query_messages.hpp"
 #include "process/intake.hpp"
 #include "process/latch_store.hpp"
 #include "process/log_writer.hpp"

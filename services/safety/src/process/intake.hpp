@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "fairlead_safety/action_messages.hpp"
 #include "fairlead_safety/fixed.hpp"
 #include "fairlead_safety/gate.hpp"
+#include "fairlead_safety/messages.hpp"
 
 namespace fairlead {
 

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <utility>
 
-#include "fairlead_safety/printable.hpp"
+#include "core/wire/phrase.hpp"
 #include "process/utc_time.hpp"
 
 namespace fairlead {

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judge_chunk.hpp"
 #include "core/chunk/judgement.hpp"
 #include "fairlead_safety/crc32.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 #include "process/refusal.hpp"
 
 namespace fairlead {
@@ -147,12 +147,12 @@ std::size_t ask_sum(const Limits& limits) {
 std::size_t self_test(const Limits& limits) {
   const auto model = std::make_unique<RobotModel>(limits);
   const auto claim = std::make_unique<ClaimLimits>(claim_of_all(limits));
-  PathRoom room;
+  const auto room = std::make_unique<PathRoom>();
   std::size_t asked = ask_sum(limits);
   for (std::size_t part = 0; part < limits.parts.size(); ++part)
     for (std::uint8_t mode = 0; mode < mode_count; ++mode)
       if (limits.parts[part].modes.supports(mode))
-        asked += Questions(*model, *claim, room, part, Mode{mode}).ask_all();
+        asked += Questions(*model, *claim, *room, part, Mode{mode}).ask_all();
   return asked;
 }
 

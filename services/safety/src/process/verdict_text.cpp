@@ -1,8 +1,12 @@
 #include "process/verdict_text.hpp"
 
-#include "core/chunk/words_of.hpp"
+#include "core/chunk/judgement.hpp"
 
 namespace fairlead {
+
+bool has_magnitude(const Verdict& verdict) {
+  return !verdict.unit.empty() || verdict.margin != 0.0;
+}
 
 std::string verdict_text(const Verdict& verdict) {
   Evidence evidence;
@@ -13,7 +17,7 @@ std::string verdict_text(const Verdict& verdict) {
   evidence.value = verdict.value;
   evidence.limit = verdict.limit;
   evidence.margin = verdict.margin;
-  evidence.unit = verdict.unit.view();
+  if (has_magnitude(verdict)) evidence.unit = verdict.unit.empty() ? "1" : verdict.unit.view();
   evidence.limit_source = verdict.limit_source.view();
   const bool cut = verdict.outcome == static_cast<std::uint8_t>(Outcome::truncated);
   return "chunk " + std::to_string(verdict.seq) + " of " + std::string(verdict.source.view()) +

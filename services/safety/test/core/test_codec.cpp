@@ -13,7 +13,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
-#include "fairlead_safety/printable.hpp"
+#include "core/wire/phrase.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

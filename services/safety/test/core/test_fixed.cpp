@@ -7,7 +7,7 @@
 
 #include "chunk_builder.hpp"
 #include "core/modes/row_view.hpp"
-#include "core/release/part_memory.hpp"
+#include "core/release/part_history.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "fairlead_safety/messages.hpp"
 #include "fairlead_safety/outputs.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 using namespace fairlead;
 

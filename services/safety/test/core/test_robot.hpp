@@ -6,7 +6,7 @@
 // -(0.3 ahead)- tool: at rest the tool is at (0.7, 0, 0.5) with the base's axes.
 #pragma once
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judge_chunk.hpp"
 #include "core/chunk/judgement.hpp"
 #include "fairlead_safety/limits.hpp"
 #include "wide_limits.hpp"

@@ -2,7 +2,7 @@
 
 #include <doctest/doctest.h>
 
-#include "core/gate/stop_book.hpp"
+#include "core/gate/state_machine.hpp"
 
 using namespace fairlead;
 

@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "boundary.hpp"
-#include "core/gate/limit_overrides.hpp"
+#include "core/gate/admission.hpp"
 #include "test_robot.hpp"
 
 using namespace fairlead;

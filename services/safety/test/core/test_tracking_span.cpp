@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "boundary.hpp"
-#include "core/monitor/tracking_span.hpp"
+#include "core/monitor/tracking.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

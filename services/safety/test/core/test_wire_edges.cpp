@@ -224,7 +224,7 @@ TEST_CASE("a frame that is too long is at fault at the first byte beyond what is
   const Frame frame(max_frame_bytes + 1, 0);
   ActionChunk chunk;
   std::size_t at = 7;
-  CHECK(decode(Bytes(frame), chunk, at) == FrameFault::oversized);
+  CHECK(decode(Bytes(frame), chunk, &at) == FrameFault::oversized);
   CHECK(at == max_frame_bytes);
 }
 

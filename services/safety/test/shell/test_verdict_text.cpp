@@ -60,6 +60,21 @@ TEST_CASE("a refusal by a rule says what it needs, never its numbers") {
   CHECK(verdict_text(verdict) == "chunk 1 of runner refused: G025 arm mode, row 0");
 }
 
+TEST_CASE(
+    "a verdict of an older gate has no unit: its margin says whether its numbers mean anything") {
+  Verdict verdict = refusal(20);
+  verdict.axis = "linear";
+  verdict.value = 0.5;
+  verdict.limit = 0.25;
+  verdict.margin = -0.25;
+  verdict.limit_source = "OSC_POSE";
+  CHECK(has_magnitude(verdict));
+  CHECK(verdict_text(verdict) == "chunk 1 of runner refused: G020 linear: 0.5, limit 0.25");
+  verdict.margin = 0.0;
+  CHECK_FALSE(has_magnitude(verdict));
+  CHECK(verdict_text(verdict) == "chunk 1 of runner refused: G020 linear: needs OSC_POSE");
+}
+
 TEST_CASE("what is no number has no sign") {
   Verdict verdict = refusal(8);
   verdict.value = -std::numeric_limits<double>::quiet_NaN();

@@ -4,10 +4,8 @@
 #include "core/chunk/judge_chunk.hpp"
 
 #include <algorithm>
-#include <optional>
 
 #include "core/modes/row_limit_check.hpp"
-#include "core/trajectory/trajectory_check.hpp"
 
 namespace fairlead {
 namespace {
@@ -166,25 +164,11 @@ Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chu
                     Companions(companions.begin(), companions.size()));
 }
 
-struct PathRoom::Place {
-  std::optional<TrajectoryCheck> walk;
-};
-
-PathRoom::PathRoom() : place_(std::make_unique<Place>()) {}
-PathRoom::~PathRoom() = default;
-
-TrajectoryCheck& PathRoom::begin(const RobotModel& model, const ClaimLimits& claim,
-                                 const MeasuredState& state, const ActionChunk& chunk,
-                                 const JudgedRows& rows, const RowBefore& before,
-                                 Companions companions) {
-  return place_->walk.emplace(model, claim, state, chunk, rows, before, companions);
-}
-
 Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
                      const RowBefore& before, Companions companions) {
-  const RowLimitCheck by_limits(model, claim, state, chunk, rows.first, before);
-  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, rows, before, companions);
+  const RowLimitCheck by_limits{model.limits, claim, state, chunk, rows.first, before};
+  TrajectoryCheck& by_path = room.emplace(model, claim, state, chunk, rows, before, companions);
   return judge_each(rows, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.check(row);
     return evidence.ok() ? by_path.check_next() : evidence;
@@ -194,7 +178,7 @@ Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits&
 Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
                      const RowBefore& before, Companions companions) {
-  TrajectoryCheck& by_path = room.begin(model, claim, state, chunk, rows, before, companions);
+  TrajectoryCheck& by_path = room.emplace(model, claim, state, chunk, rows, before, companions);
   return judge_each(rows, by_path, [&](std::size_t) { return by_path.check_next(); });
 }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "core/chunk/judge_rows.hpp"
 #include "core/release/acting_rows.hpp"
 #include "core/release/claim_table.hpp"
+#include "core/trajectory/trajectory_check.hpp"
 
 namespace fairlead {
 
@@ -24,6 +26,23 @@ Evidence check_identity(const Identity& here, const LiveClaim* claim, const Acti
 
 /// G005: strictly increasing, and no leap that would use up the numbers.
 Evidence check_sequence(const Limits& limits, const LiveClaim& claim, const ActionChunk& chunk);
+
+/// Where a judgement works: 400 kB, made once. One judgement at a time.
+using PathRoom = std::optional<TrajectoryCheck>;
+
+/// G024, G030 to G034 of rows: the predicted configuration after each, where braking from it ends,
+/// and whether robot and surroundings allow both. `row_count` is how many pass before the first
+/// that does not; of that one the evidence tells. Nothing else is checked: the rows have passed
+/// `check_shape` and the other checks of their own.
+Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
+                     const RowBefore& before, Companions companions);
+
+/// All of a row's checks, row by row: G011 (part), G020, G021, G022, then those of `judge_path`.
+/// `chunk` has passed check_shape. A chunk is released or cut for all its parts together.
+Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
+                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
+                     const RowBefore& before, Companions companions);
 
 /// G006 to G012 and the rows, of chunks of a live claim: from the newest state, and beside what the
 /// other claims have released.

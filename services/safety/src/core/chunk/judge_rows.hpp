@@ -1,13 +1,10 @@
-// Where the rows of a chunk lead: the predicted configuration after each, where braking from it
-// ends, and whether robot and surroundings allow both. Codes G024 and G030 to G034.
+// Which rows of a chunk are judged, beside what, and how far that may go.
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <span>
 
 #include "core/chunk/judgement.hpp"
-#include "core/kinematics/robot_model.hpp"
 
 namespace fairlead {
 
@@ -58,38 +55,5 @@ class QueryBudget {
   std::size_t most_;
   std::size_t taken_ = 0;
 };
-
-class TrajectoryCheck;
-
-/// Where a judgement works: 400 kB, made once. One judgement at a time.
-class PathRoom {
- public:
-  PathRoom();
-  ~PathRoom();
-  PathRoom(const PathRoom&) = delete;
-  PathRoom& operator=(const PathRoom&) = delete;
-
-  /// A new walk in place of the last.
-  TrajectoryCheck& begin(const RobotModel& model, const ClaimLimits& claim,
-                         const MeasuredState& state, const ActionChunk& chunk,
-                         const JudgedRows& rows, const RowBefore& before, Companions companions);
-
- private:
-  struct Place;
-  std::unique_ptr<Place> place_;
-};
-
-/// G024, G030 to G034 of rows, predicted from the measured state. `row_count` is how many pass
-/// before the first that does not; of that one the evidence tells. Nothing else is checked: the
-/// rows have passed `check_shape` and the other checks of their own.
-Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
-                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
-                     const RowBefore& before, Companions companions);
-
-/// All of a row's checks, row by row: G011 (part), G020, G021, G022, then those of `judge_path`.
-/// `chunk` has passed check_shape. A chunk is released or cut for all its parts together.
-Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
-                     const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
-                     const RowBefore& before, Companions companions);
 
 }  // namespace fairlead

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "core/release/part_memory.hpp"
+#include "core/release/part_history.hpp"
 #include "core/wire/phrase.hpp"
 #include "fairlead_safety/limits.hpp"
 #include "fairlead_safety/messages.hpp"
@@ -30,7 +30,7 @@ struct Evidence {
 
   [[nodiscard]] bool ok() const { return code == 0; }
   /// Else it is a rule that `limit_source` words, and its numbers mean nothing to a person.
-  [[nodiscard]] bool has_magnitude() const { return !unit.empty() || margin != 0.0; }
+  [[nodiscard]] bool has_magnitude() const { return !unit.empty(); }
 };
 
 /// The newest measured state, copied out of its frame. SI, commanded joints then passive ones.
@@ -171,8 +171,24 @@ inline Evidence of(Evidence evidence, const Name& part) {
 
 inline Evidence at(Evidence evidence, std::int64_t row, const Name& part) {
   evidence.row = row;
-  evidence.part = part.view();
-  return evidence;
+  return of(evidence, part);
+}
+
+/// What was found, in words: the one text of stops, of the log, and of refusals in it.
+/// `G020 arm linear, row 5: 0.09 m, limit 0.0867 m`, with the key of the limit in brackets where it
+/// is known; of a rule `G003 epoch: needs the current arm epoch`. Where a limit comes from may be a
+/// page of text: `fairlead why` has it.
+inline Text words_of(const Evidence& evidence) {
+  Text text = code_name(evidence.code);
+  for (const std::string_view word : {evidence.part, evidence.axis})
+    if (!word.empty()) text = phrase(text, " ", word);
+  if (evidence.row >= 0) text = phrase(text, ", row ", evidence.row);
+  if (!evidence.has_magnitude())
+    return evidence.limit_source.empty() ? text : phrase(text, ": needs ", evidence.limit_source);
+  const Text unit = evidence.unit == "1" ? Text() : phrase(" ", evidence.unit);
+  text = phrase(text, ": ", Beside{evidence.value, evidence.limit}, unit, ", limit ",
+                Beside{evidence.limit, evidence.value}, unit);
+  return evidence.key.empty() ? text : phrase(text, " (", evidence.key, ")");
 }
 
 }  // namespace fairlead

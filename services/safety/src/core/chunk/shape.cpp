@@ -4,18 +4,12 @@
 #include <cmath>
 
 #include "core/chunk/judgement.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {
 
 constexpr double largest_magnitude = 1e6;
-
-Evidence no_checker(const PartLimits& part, std::uint8_t mode) {
-  Evidence evidence =
-      broken_rule(code::addressing, mode_name(mode), "a mode that has a checker", mode);
-  return of(evidence, part.name);
-}
 
 // G007: the horizon is within the claim's, and every block is exactly horizon x width.
 Evidence check_sizes(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk) {
@@ -84,7 +78,7 @@ Evidence check_mask(const Limits& limits, const PartLimits& part, const ActionCh
     commanded[joint] = true;
   }
   const BaseLimits& base = limits.base;
-  if (base.present && base.against_yaw && commanded[base.joints[0]] != commanded[base.joints[1]])
+  if (base.is_turned(base.joints[0]) && commanded[base.joints[0]] != commanded[base.joints[1]])
     return broken_rule(code::addressing, "active", "both slides of its base, or neither");
   for (std::size_t row = 0; row < chunk.horizon; ++row)
     for (std::size_t joint = 0; joint < limits.joints.size(); ++joint) {
@@ -117,7 +111,9 @@ Evidence check_axes(const CartesianLimits& mode, const ActionChunk& chunk,
 Evidence check_part(const Limits& limits, const ModeLimits& modes, const ActionChunk& chunk,
                     const ActionPart& action) {
   const PartLimits& part = limits.parts[action.part];
-  if (!mode_has_checker(action.mode)) return no_checker(part, action.mode);
+  if (!mode_has_checker(action.mode))
+    return broken_rule(code::addressing, mode_name(action.mode), "a mode that has a checker",
+                       action.mode);
   if (!modes.supports(action.mode))
     return broken_rule(code::addressing, mode_name(action.mode), "a mode this part declares",
                        action.mode);
@@ -159,15 +155,6 @@ Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const Actio
   if (evidence.ok()) evidence = check_numbers(limits, chunk);
   if (evidence.ok()) evidence = check_addressing(limits, claim, chunk);
   return evidence;
-}
-
-bool ModeLimits::supports(std::uint8_t mode) const {
-  if (const JointModeLimits* joints = joint_block(*this, mode)) return joints->supported;
-  if (const CartesianLimits* norms = norm_block(*this, mode)) return norms->supported;
-  if (const ScalarLimits* scalar = scalar_block(*this, mode)) return scalar->supported;
-  if (mode == static_cast<std::uint8_t>(Mode::cartesian_pose)) return cartesian_pose.supported;
-  if (mode == static_cast<std::uint8_t>(Mode::gripper_binary)) return gripper_binary.supported;
-  return false;
 }
 
 }  // namespace fairlead

@@ -11,11 +11,6 @@
 namespace fairlead {
 namespace {
 
-const Name& joint_name(const Limits& limits, std::size_t i) {
-  const std::size_t commanded = limits.joints.size();
-  return i < commanded ? limits.joints[i].name : limits.passive_joints[i - commanded].name;
-}
-
 // Of its position: what a passive joint is, its link says; "1" if it moves none.
 std::string_view unit_of(const Limits& limits, std::size_t i) {
   if (i < limits.joints.size()) return position_unit(limits.joints[i].kind);
@@ -31,7 +26,7 @@ Evidence check_block(const Limits& limits, const NumberView& block, std::string_
                        static_cast<double>(block.size()), static_cast<double>(expected));
   for (std::size_t i = 0; i < expected; ++i)
     if (!std::isfinite(block[i]))
-      return broken_rule(code::state, joint_name(limits, i).view(), "a finite measurement",
+      return broken_rule(code::state, limits.measured(i).name.view(), "a finite measurement",
                          block[i]);
   return {};
 }
@@ -54,17 +49,14 @@ Evidence check_state(const Limits& limits, const JointState& state) {
 // G013: the measured position moves no further than the robot can in the ticks between.
 Evidence check_jump(const Limits& limits, const MeasuredState& before, const MeasuredState& now) {
   const auto ticks = static_cast<double>(now.tick - before.tick);
-  const std::size_t commanded = limits.joints.size();
   for (std::size_t i = 0; i < now.count; ++i) {
-    const double per_tick = i < commanded ? limits.joints[i].jump_limit
-                                          : limits.passive_joints[i - commanded].jump_limit;
+    const MeasuredLimits& joint = limits.measured(i);
+    const double most = joint.jump_limit * ticks;
     const double distance =
         std::abs(measured_change(limits, i, before.positions[i], now.positions[i]));
-    if (distance <= per_tick * ticks) continue;
-    const Text& source =
-        i < commanded ? limits.joints[i].source : limits.passive_joints[i - commanded].source;
-    Evidence evidence = declared_as(above(code::jump, joint_name(limits, i).view(), distance,
-                                          per_tick * ticks, unit_of(limits, i), source.view()),
+    if (distance <= most) continue;
+    Evidence evidence = declared_as(above(code::jump, joint.name.view(), distance, most,
+                                          unit_of(limits, i), joint.source.view()),
                                     "jump_per_tick");
     evidence.raises_stop = true;
     return evidence;
@@ -89,18 +81,12 @@ Evidence check_contact(const Limits& limits, const MeasuredState& state) {
 
 namespace {
 
-double standstill_limit(const Limits& limits, std::size_t i) {
-  const std::size_t commanded = limits.joints.size();
-  return i < commanded ? limits.joints[i].standstill_velocity
-                       : limits.passive_joints[i - commanded].standstill_velocity;
-}
-
 double speed_of(const MeasuredState& state, std::size_t i) {
   return std::max(std::abs(state.velocities[i]), std::abs(state.travel_speeds[i]));
 }
 
 bool is_still(const Limits& limits, const MeasuredState& state, std::size_t i) {
-  return speed_of(state, i) < standstill_limit(limits, i);
+  return speed_of(state, i) < limits.measured(i).standstill_velocity;
 }
 
 }  // namespace
@@ -116,7 +102,7 @@ double travel_speed(const Limits& limits, std::size_t i, double from, double to,
 
 double measured_speed(const Limits& limits, const MeasuredState& state, std::size_t i) {
   const double velocity = state.velocities[i];
-  if (std::abs(velocity) >= standstill_limit(limits, i) || is_still(limits, state, i))
+  if (std::abs(velocity) >= limits.measured(i).standstill_velocity || is_still(limits, state, i))
     return velocity;
   return state.travel_speeds[i];
 }

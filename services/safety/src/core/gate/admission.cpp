@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/gate/limit_overrides.hpp"
 #include "core/wire/phrase.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {

@@ -10,7 +10,7 @@ void Candidates::on_candidate(const Event& event) {
     return outbox_.count(code::frame);
   const Name source(event.source);
   std::size_t at = 0;
-  const FrameFault fault = decode(event.payload, chunk_, at);
+  const FrameFault fault = decode(event.payload, chunk_, &at);
   if (fault != FrameFault::none) return refuse_frame(fault, at, source, event);
   take_chunk(chunk_, event.payload, source, event.received_ns);
 }

@@ -1,9 +1,10 @@
-#include "core/gate/limit_overrides.hpp"
+// A claim's own limits: each may only be tighter than the robot's.
 
 #include <algorithm>
 
+#include "core/gate/admission.hpp"
 #include "core/wire/phrase.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {

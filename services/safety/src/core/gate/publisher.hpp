@@ -6,6 +6,7 @@
 #include "core/gate/outbox.hpp"
 #include "core/gate/state_machine.hpp"
 #include "core/release/acting_rows.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 namespace fairlead {
 

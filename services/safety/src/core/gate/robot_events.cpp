@@ -189,17 +189,28 @@ void RobotEvents::repeat_verdicts() {
     if (claim.live() && claim.latest_verdict.verdict_id != 0) outbox_.tell(claim.latest_verdict);
 }
 
-// No row is refused because of these joints; but it is said and counted.
+namespace {
+
+// A measured joint for which no row is refused: a passive one, which nothing moves, or a gripper's,
+// whose targets all lead back. "" of any other.
+std::string_view kind_of_unmoved(const Limits& limits, std::size_t i) {
+  if (i >= limits.joints.size()) return "passive";
+  return only_grips(limits.parts[limits.joints[i].part].modes) ? "gripper" : "";
+}
+
+}  // namespace
+
+// It is said and counted all the same.
 void RobotEvents::note_unmoved_joints() {
   for (std::size_t i = 0; i < limits_.measured_count(); ++i) {
-    const UnmovedJoint joint = unmoved_joint(limits_, i);
-    if (joint.bounds == nullptr) continue;
+    const std::string_view kind = kind_of_unmoved(limits_, i);
+    if (kind.empty()) continue;
     const double measured = hal_.state().positions[i];
-    const bool outside = is_outside(*joint.bounds, measured);
+    const bool outside = is_outside(limits_.measured(i).bounds, measured);
     if (outside == said_outside_[i]) continue;
     said_outside_[i] = outside;
     if (outside) outbox_.count(code::state);
-    outbox_.log(phrase("G011 ", joint.kind, " joint ", joint.name, " is ",
+    outbox_.log(phrase("G011 ", kind, " joint ", limits_.measured(i).name, " is ",
                        outside ? "outside" : "back inside", " its limits: ", measured));
   }
 }

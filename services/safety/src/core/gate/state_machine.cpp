@@ -46,17 +46,9 @@ void StateMachine::set_state(GateState state, const Text& cause) {
 }
 
 Text StateMachine::fix() const {
-  switch (state_) {  // GCOVR_EXCL_BR_LINE: the enum has no further value
-    case GateState::disarmed:
-      return "fairlead arm";
-    case GateState::stopped:
-      return phrase("fairlead reset ", Hex{stops_.held()[0]});
-    case GateState::latched:
-      return phrase("fairlead reset ", Hex{latch_id_});
-    case GateState::boot:
-    case GateState::armed:
-      break;
-  }
+  if (is(GateState::disarmed)) return "fairlead arm";
+  if (is(GateState::stopped)) return phrase("fairlead reset ", Hex{stops_.held()[0]});
+  if (is(GateState::latched)) return phrase("fairlead reset ", Hex{latch_id_});
   return {};
 }
 
@@ -231,9 +223,9 @@ void StateMachine::check_ramps() {
 // What does not stop latches.
 void StateMachine::latch_unstopped(const Evidence& evidence) {
   outbox_.count(code::ramp);
-  const bool told = state_ == GateState::stopped || state_ == GateState::latched;
+  const bool stopped = state_ == GateState::stopped || state_ == GateState::latched;
   const Text cause = phrase("no standstill ", limits_.protocol.stop_ramp_ms, " ms after the ",
-                            told ? "stop: " : "end of its rows: ", words_of(evidence));
+                            stopped ? "stop: " : "end of its rows: ", words_of(evidence));
   if (state_ != GateState::latched) return latch(cause);
   // Latched already: the cause grows, and goes to the disk once more.
   set_state(GateState::latched, phrase(cause_, "; ", cause));

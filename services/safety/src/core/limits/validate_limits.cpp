@@ -1,7 +1,7 @@
 // Is a configuration fit to judge with? Missing is NaN here, so it fails like any other non-number.
 
 #include "core/limits/validation_text.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "core/limits/validation_text.hpp"
 #include "core/modes/commanded_motion.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {
@@ -73,7 +73,8 @@ Text check_slip(const Text& key, double slip) {
   return phrase(key, ".slip_limit: expected a number above 0 or null, got ", slip);
 }
 
-// What a gripper may be told lies inside its joint's bounds: targets are judged by nothing else.
+// What a gripper may be commanded to lies inside its joint's bounds: targets are judged by nothing
+// else.
 Text check_openings(const Limits& limits, const PartLimits& part, const ScalarLimits& block,
                     const Text& key) {
   const Text fault = check_gripper(limits, part, key);

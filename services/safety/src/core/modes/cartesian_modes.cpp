@@ -8,7 +8,7 @@
 #include "core/kinematics/forward_kinematics.hpp"
 #include "core/modes/commanded_motion.hpp"
 #include "core/modes/row_limit_check.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {
@@ -27,15 +27,24 @@ const CartesianLimits& block_of(const RowView& view) {
   return *norm_block(view.modes, view.mode());
 }
 
+struct Halves {
+  double linear, angular;
+};
+
+Evidence both_at_most(std::uint32_t code, const Halves& values, const Halves& limits,
+                      const HalfUnits& units, const Text& source) {
+  const Evidence linear =
+      at_most(code, "linear", values.linear, limits.linear, units.linear, source);
+  if (!linear.ok()) return linear;
+  return at_most(code, "angular", values.angular, limits.angular, units.angular, source);
+}
+
 Evidence step_from(std::uint32_t code, const RowView& view, const Twist& before) {
   const CartesianLimits& mode = block_of(view);
-  const HalfUnits units = units_of(view);
   const Twist now = halves(view.now);
-  const Evidence linear = at_most(code, "linear", (now.linear - before.linear).norm(),
-                                  mode.linear_step_limit, units.linear, mode.source);
-  if (!linear.ok()) return linear;
-  return at_most(code, "angular", (now.angular - before.angular).norm(), mode.angular_step_limit,
-                 units.angular, mode.source);
+  return both_at_most(
+      code, {(now.linear - before.linear).norm(), (now.angular - before.angular).norm()},
+      {mode.linear_step_limit, mode.angular_step_limit}, units_of(view), mode.source);
 }
 
 }  // namespace
@@ -64,13 +73,9 @@ bool measured_base_twist(const Limits& limits, const PartLimits& part, const Mea
 
 Evidence norm_absolute(const RowView& view) {
   const CartesianLimits& mode = block_of(view);
-  const HalfUnits units = units_of(view);
   const Twist now = halves(view.now);
-  const Evidence linear = at_most(code::absolute, "linear", now.linear.norm(), mode.linear_limit,
-                                  units.linear, mode.source);
-  if (!linear.ok()) return linear;
-  return at_most(code::absolute, "angular", now.angular.norm(), mode.angular_limit, units.angular,
-                 mode.source);
+  return both_at_most(code::absolute, {now.linear.norm(), now.angular.norm()},
+                      {mode.linear_limit, mode.angular_limit}, units_of(view), mode.source);
 }
 
 // Holding is a delta of zero.
@@ -109,13 +114,10 @@ constexpr double norm_tolerance = 1e-6;
 
 Evidence step_from(std::uint32_t code, const RowView& view, const Pose& before) {
   const PoseLimits& mode = view.modes.cartesian_pose;
-  const HalfUnits units = of_a_motion;
   const Pose now = pose_of(view.now);
-  const Evidence linear = at_most(code, "linear", (now.position - before.position).norm(),
-                                  mode.linear_step_limit, units.linear, mode.source);
-  if (!linear.ok()) return linear;
-  return at_most(code, "angular", angle_between(now.rotation, before.rotation),
-                 mode.angular_step_limit, units.angular, mode.source);
+  return both_at_most(
+      code, {(now.position - before.position).norm(), angle_between(now.rotation, before.rotation)},
+      {mode.linear_step_limit, mode.angular_step_limit}, of_a_motion, mode.source);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include "core/kinematics/forward_kinematics.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/modes/row_view.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 
@@ -20,7 +20,7 @@ inline bool is_tool_motion(std::uint8_t mode) {
          mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
 }
 
-/// What a row of a delta or a twist tells a tool to move in its tick [m, rad].
+/// How far a row of a delta or a twist commands a tool in its tick [m, rad].
 inline Twist tick_motion(const Setpoint& row, double period_s) {
   Twist motion = halves(row);
   if (row.action->mode == static_cast<std::uint8_t>(Mode::cartesian_delta)) return motion;
@@ -46,21 +46,17 @@ inline Pose pose_of(const Setpoint& row) {
 /// `positions`: where the joints are when the row begins.
 inline double told_velocity(const Limits& limits, const Setpoint& row, std::size_t joint,
                             const std::array<double, max_measured>& positions) {
-  const BaseLimits& base = limits.base;
-  if (!base.present || !base.against_yaw) return row[joint];
-  const auto& [x, y, yaw] = base.joints;
-  if (joint != x && joint != y) return row[joint];
+  if (!limits.base.is_turned(joint)) return row[joint];
+  const auto& [x, y, yaw] = limits.base.joints;
   const double cosine = std::cos(positions[yaw]), sine = std::sin(positions[yaw]);
   return joint == x ? cosine * row[x] + sine * row[y] : cosine * row[y] - sine * row[x];
 }
 
-/// How fast a joint can be told to go. A row of a base whose commands turn against its yaw is
-/// limited before it is turned: one slide may get what was told to both.
+/// How fast a joint can be commanded to go. A row of a base whose commands turn against its yaw is
+/// limited before it is turned: one slide may get what was commanded of both.
 inline double fastest_told(const Limits& limits, std::size_t joint) {
-  const BaseLimits& base = limits.base;
-  const auto& [x, y, yaw] = base.joints;
-  if (!base.present || !base.against_yaw || (joint != x && joint != y))
-    return limits.joints[joint].velocity_limit;
+  if (!limits.base.is_turned(joint)) return limits.joints[joint].velocity_limit;
+  const auto& [x, y, yaw] = limits.base.joints;
   return std::hypot(limits.joints[x].velocity_limit, limits.joints[y].velocity_limit);
 }
 
@@ -77,14 +73,7 @@ inline bool is_pose(const ActionPart& action) {
 }
 
 inline bool moves_tool(const ActionPart& action) {
-  switch (static_cast<Mode>(action.mode)) {
-    case Mode::cartesian_pose:
-    case Mode::cartesian_delta:
-    case Mode::cartesian_twist:
-      return true;
-    default:
-      return false;
-  }
+  return is_pose(action) || is_tool_motion(action.mode);
 }
 
 // The tracking model of a mode, nullptr where all of a row happens.
@@ -104,11 +93,13 @@ inline JointSet moved_by(const RobotModel& model, const ActionPart& action) {
   if (is_gripper(action.mode)) return 0;
   if (!is_joint_mode(action.mode)) return model.part_joints[action.part];
   JointSet joints = 0;
-  for (const std::uint8_t j : action.active) joints |= only(j);
   const BaseLimits& base = model.limits.base;
-  if (!base.present || !base.against_yaw || action.mode != velocity_mode) return joints;
-  const JointSet slides = only(base.joints[0]) | only(base.joints[1]);
-  return (joints & slides) != 0 ? joints | slides : joints;  // what turns moves both
+  for (const std::uint8_t j : action.active) {
+    joints |= only(j);
+    if (action.mode == velocity_mode && base.is_turned(j))  // what turns moves both slides
+      joints |= only(base.joints[0]) | only(base.joints[1]);
+  }
+  return joints;
 }
 
 }  // namespace fairlead

@@ -21,13 +21,12 @@ Evidence check_listed(const RowView& view, std::uint16_t acted_modes) {
   return {};
 }
 
-bool turns_anywhere(const RowView& view) {
-  return view.mode() != static_cast<std::uint8_t>(Mode::composite_mode) ||
-         view.modes.composite_mode.switches_anywhere;
+bool is_switch(const ActionPart& action) {
+  return action.mode == static_cast<std::uint8_t>(Mode::composite_mode);
 }
 
 // In realtime the newest state was measured before the row of its own tick. Without a row that acts
-// before it is the memories that told what the switch turns from.
+// before it is the memories that say what the switch turns from.
 bool rests(const ClaimLimits& claim, const RowBefore& before) {
   if (before.measured) return true;
   if (before.chunk != nullptr) return false;
@@ -36,23 +35,12 @@ bool rests(const ClaimLimits& claim, const RowBefore& before) {
   return true;
 }
 
-// What a switch turns from. `acted`: what the row that acts before tells it.
-Switch switched_before(const RowBefore& before, std::size_t part, const Setpoint& acted) {
-  if (acted.action != nullptr) return switch_of(acted[0]);
+// What a part's switch turns from.
+Switch switched_before(const Limits& limits, const RowBefore& before, std::size_t part) {
+  const Setpoint acted = command_of(part, before, limits);
+  if (acted.action != nullptr && is_switch(*acted.action)) return switch_of(acted[0]);
   if (before.chunk != nullptr) return Switch::negative;  // left out of that row, it is down
   return before.memories != nullptr ? (*before.memories)[part].composite : Switch::none;
-}
-
-Evidence check_turn(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
-                    const RowBefore& before, std::string_view axis, double value) {
-  if (!rests(claim, before))
-    return broken_rule(code::change, axis, "standstill after a held tick", value);
-  for (const std::size_t part : claim.parts) {
-    const Evidence still =
-        check_still(code::change, limits, state, limits.parts[part], switch_rule);
-    if (!still.ok()) return still;
-  }
-  return {};
 }
 
 }  // namespace
@@ -76,26 +64,29 @@ Evidence check_change(const RowView& view, const RowBefore& before, const Action
   return broken_rule(code::change, "mode", "standstill after a held tick", action.mode, from);
 }
 
-Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,
-                      const Setpoint& acted) {
-  if (turns_anywhere(view)) return {};
-  const Switch from = switched_before(before, view.now.action->part, acted);
-  if (from == Switch::none || from == switch_of(view.now[0])) return {};
-  return check_turn(view.limits, view.state, claim, before, "composite", view.now[0]);
-}
-
-Evidence check_left_out(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
-                        const RowBefore& before, std::size_t part) {
-  if (!limits.parts[part].modes.composite_mode.supported ||
-      claim.modes[part].composite_mode.switches_anywhere)
-    return {};
-  const Switch from = switched_before(before, part, told_to(part, before, limits));
-  if (from == Switch::none || from == Switch::negative) return {};
-  return check_turn(limits, state, claim, before, "composite left out", -1.0);
+Evidence check_switch(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
+                      const RowBefore& before, std::size_t part, const Setpoint& now) {
+  const ScalarLimits& mode = claim.modes[part].composite_mode;
+  const bool left_out = now.action == nullptr;
+  if (!mode.supported || mode.switches_anywhere || !(left_out || is_switch(*now.action))) return {};
+  const double value = left_out ? -1.0 : now[0];
+  const Switch from = switched_before(limits, before, part);
+  if (from == Switch::none || from == switch_of(value)) return {};
+  if (!rests(claim, before))
+    return broken_rule(code::change, left_out ? "composite left out" : "composite",
+                       "standstill after a held tick", value);
+  for (const std::size_t other : claim.parts) {
+    const Evidence still =
+        check_still(code::change, limits, state, limits.parts[other], switch_rule);
+    if (!still.ok()) return still;
+  }
+  return {};
 }
 
 Evidence check_later_switch(const RowView& view) {
-  if (turns_anywhere(view) || switch_of(view.previous[0]) == switch_of(view.now[0])) return {};
+  if (!is_switch(*view.now.action) || view.modes.composite_mode.switches_anywhere ||
+      switch_of(view.previous[0]) == switch_of(view.now[0]))
+    return {};
   return broken_rule(code::change, "composite", "a first row, and standstill", view.now[0],
                      view.previous[0]);
 }

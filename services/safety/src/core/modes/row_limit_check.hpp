@@ -4,14 +4,12 @@
 //   absolute  G020: limits of a row by itself; and G011 for joints that the row moves
 //   start     G021: the first live row against the measured state. `acted`: the row of the same
 //             part, mode and frame that acts right before, nullptr if there is none
-//   acting    what must hold on when a newer state is measured, nullptr if nothing does
 //   step      G022, and G021 or G023 against `acted`: the change from one row to the next
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/kinematics/robot_model.hpp"
 #include "core/modes/row_view.hpp"
 
 namespace fairlead {
@@ -25,15 +23,9 @@ inline double excess(const Bounds& bounds, double position) {
 inline bool is_outside(const Bounds& bounds, double measured) {
   return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
 }
-
-/// A measured joint for which no row is refused: a passive one, which nothing moves, or a
-/// gripper's, whose targets all lead back. `bounds` is null for any other joint.
-struct UnmovedJoint {
-  std::string_view kind;
-  Name name;
-  const Bounds* bounds = nullptr;
-};
-UnmovedJoint unmoved_joint(const Limits& limits, std::size_t measured);
+inline bool is_outside(const JointLimits& joint, double measured) {
+  return joint.bounded && is_outside(joint.bounds, measured);
+}
 
 /// A joint of the part is outside and this row cannot be seen to bring it back.
 /// Targets and velocities of the joint itself are judged by their mode instead.
@@ -51,15 +43,14 @@ Evidence check_step(const RowView& view);
 /// What a released row has to keep to when a newer state has been measured: G011.
 Evidence check_acting(const RowView& view);
 
-// joint_modes.cpp: joint_position and dex_hand_joint (targets), joint_velocity
+// joint_modes.cpp: joint_position and dex_hand_joint (targets), joint_velocity; `acting` is what
+// must hold on when a newer state is measured
+Evidence joint_acting(const RowView& view);
 Evidence joint_target_absolute(const RowView& view);
 Evidence joint_target_start(const RowView& view, const Setpoint* acted);
-Evidence joint_target_acting(const RowView& view);
 Evidence joint_velocity_absolute(const RowView& view);
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted);
-Evidence joint_velocity_acting(const RowView& view);
 Evidence joint_velocity_step(std::uint32_t code, const RowView& view, const Setpoint& before);
-Evidence joint_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 Evidence joint_target_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
 // cartesian_modes.cpp: cartesian_delta, cartesian_twist, body_twist
@@ -74,39 +65,27 @@ Evidence pose_absolute(const RowView& view);
 Evidence pose_start(const RowView& view, const Setpoint* acted);
 Evidence pose_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
-// scalar_modes.cpp: gripper_position, gripper_binary, composite_mode
+// joint_modes.cpp: gripper_position, gripper_binary, composite_mode
 Evidence scalar_absolute(const RowView& view);
 Evidence binary_absolute(const RowView& view);
 Evidence gripper_start(const RowView& view, const Setpoint* acted);
 Evidence scalar_step(std::uint32_t code, const RowView& view, const Setpoint& before);
 
-class RowLimitCheck {
- public:
-  /// Everything must outlive it.
-  RowLimitCheck(const RobotModel& model, const ClaimLimits& claim, const MeasuredState& state,
-                const ActionChunk& chunk, std::size_t first_row, const RowBefore& before);
+/// Everything must outlive it.
+struct RowLimitCheck {
+  const Limits& limits;
+  const ClaimLimits& claim;
+  const MeasuredState& state;
+  const ActionChunk& chunk;
+  std::size_t first_row;
+  const RowBefore& before;
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.
   [[nodiscard]] Evidence check(std::size_t row) const;
 
  private:
-  [[nodiscard]] RowView view_of(const ActionPart& action, std::size_t row) const;
   [[nodiscard]] Evidence check_left_out_parts() const;
-
-  const Limits& limits_;
-  const ClaimLimits& claim_;
-  const MeasuredState& state_;
-  const ActionChunk& chunk_;
-  const std::size_t first_row_;
-  const RowBefore& before_;
-  const bool in_order_;  // all parts' rows, by `rows_in_order`
 };
-
-/// Whether check_absolute finds no fault with any row of a part from `first_row` to `end_row`, nor
-/// check_step with any but the first: the same comparisons, joint by joint and without words. False
-/// says nothing; so it is of modes that command no single joints.
-bool rows_in_order(const Limits& limits, const ModeLimits& modes, const MeasuredState& state,
-                   const ActionPart& action, std::size_t first_row, std::size_t end_row);
 
 /// A part changes its mode as its transitions allow, and its mode or frame at standstill only.
 /// `last`: its command in the row that acts before, nullptr if there is none.
@@ -118,13 +97,9 @@ inline bool is_alike(const ActionPart& one, const ActionPart& other) {
 }
 
 /// The first live row of a composite switch turns where every part of the claim stands still.
-/// `acted`: the row of the same part and mode that acts before, of no action if there is none.
-Evidence check_switch(const RowView& view, const ClaimLimits& claim, const RowBefore& before,
-                      const Setpoint& acted);
-
-/// A part of the claim that the first live row says nothing to: a switch left out is down.
-Evidence check_left_out(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
-                        const RowBefore& before, std::size_t part);
+/// `now`: of no action where that row leaves the part out: then its switch is down.
+Evidence check_switch(const Limits& limits, const MeasuredState& state, const ClaimLimits& claim,
+                      const RowBefore& before, std::size_t part, const Setpoint& now);
 
 /// A later row does not turn: nobody has measured yet that the robot stands still there.
 Evidence check_later_switch(const RowView& view);

@@ -1,9 +1,7 @@
 // One row of one part's command, and all that it is judged by.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/chunk/judgement.hpp"
 #include "fairlead_safety/limits.hpp"
@@ -28,8 +26,8 @@ inline Setpoint row_of(const ActionPart& action, std::size_t row, const Limits& 
   return {&action, row * mode_width(action.mode, limits.joints.size())};
 }
 
-/// What a row tells one part; of no action if it says nothing to it, or there is no row.
-inline Setpoint told_to(std::size_t part, const RowBefore& row, const Limits& limits) {
+/// What a row commands of one part; of no action if it leaves it out, or there is no row.
+inline Setpoint command_of(std::size_t part, const RowBefore& row, const Limits& limits) {
   if (row.chunk == nullptr) return {};
   for (const ActionPart& action : row.chunk->parts)
     if (action.part == part) return row_of(action, row.row, limits);
@@ -60,25 +58,6 @@ inline Evidence at_most(std::uint32_t code, std::string_view axis, double value,
                         std::string_view unit, const Text& source) {
   if (std::abs(value) <= limit) return {};
   return above(code, axis, std::abs(value), limit, unit, source.view());
-}
-
-struct JointRange {
-  double lower = unset;
-  double upper = unset;
-};
-
-/// G020: inside the bounds as a target, if it has any; else within the joint's own limit in both
-/// directions, and within the claim's where that is tighter.
-inline JointRange joint_range(const JointLimits& joint, const JointModeLimits& mode,
-                              std::uint8_t number) {
-  constexpr double endless = std::numeric_limits<double>::infinity();
-  if (number == static_cast<std::uint8_t>(Mode::joint_velocity)) {
-    // The joint's own where the claim has none, NaN.
-    const double limit = std::min(joint.velocity_limit, mode.claimed_limit);
-    return {-limit, limit};
-  }
-  if (!joint.bounded) return {-endless, endless};  // continuous: no bound by declaration
-  return {joint.bounds.lower, joint.bounds.upper};
 }
 
 }  // namespace fairlead

@@ -35,10 +35,10 @@ Evidence MotionMonitor::check_part(std::size_t part, const MeasuredState& before
   }
   const ReleasePlan& plan = claim->plan;
   const Acted& act = now.acted[part];
-  const Setpoint row = told_to(part, plan.row_of(act), limits_);
+  const Setpoint row = command_of(part, plan.row_of(act), limits_);
   Evidence evidence = grasp_.note(limits_, now, part, row);
   if (!evidence.ok() || row.action == nullptr) return evidence;
-  Setpoint previous = told_to(part, plan.row_of(plan.act_before(act)), limits_);
+  Setpoint previous = command_of(part, plan.row_of(plan.act_before(act)), limits_);
   // Another mode or frame was left at standstill.
   if (previous.action != nullptr && (previous.action->mode != row.action->mode ||
                                      !(previous.action->frame_id == row.action->frame_id)))

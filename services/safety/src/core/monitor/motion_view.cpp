@@ -40,9 +40,9 @@ PoseError pose_error(const MotionView& view) {
   const Kinematics& tree = view.limits.kinematics;
   const std::size_t frame = tree.find(view.now.action->frame_id);
   const Pose measured = link_pose(tree, view.state, frame, view.part().tool);
-  const Pose told = pose_of(view.now);
-  return {(measured.position - told.position).norm(),
-          angle_between(measured.rotation, told.rotation)};
+  const Pose commanded = pose_of(view.now);
+  return {(measured.position - commanded.position).norm(),
+          angle_between(measured.rotation, commanded.rotation)};
 }
 
 }  // namespace fairlead

@@ -32,7 +32,7 @@ Twist tool_displacement(const MotionView& view);
 /// False if the part is no base of two slides and a yaw.
 bool base_displacement(const MotionView& view, Twist& displacement);
 
-/// Distance [m] and angle [rad] of the tool, as measured last, from the pose that the row tells.
+/// Distance [m] and angle [rad] of the tool, as measured last, from the pose that the row commands.
 struct PoseError {
   double distance = unset;
   double angle = unset;

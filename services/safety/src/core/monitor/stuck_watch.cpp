@@ -5,7 +5,7 @@
 
 #include "core/chunk/state_check.hpp"
 #include "core/modes/commanded_motion.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {
@@ -26,8 +26,8 @@ double share_of(const Gain& gain) { return gain.lower > 0.0 ? gain.lower : 0.5 *
 
 double length_of(const std::array<double, 3>& way) { return std::hypot(way[0], way[1], way[2]); }
 
-// What a part may be told of its tool, or of the whole base, while its joints stay in their dead
-// bands: of the joints the largest, a turn being as far as it can move the tool.
+// What a part may be commanded of its tool, or of the whole base, while its joints stay in their
+// dead bands: of the joints the largest, a turn being as far as it can move the tool.
 DeadBand part_dead_band(const MotionView& view) {
   DeadBand most{0.0, 0.0};
   const auto add = [&](std::size_t j, double lever) {
@@ -52,21 +52,21 @@ DeadBand part_dead_band(const MotionView& view) {
 
 }  // namespace
 
-void StuckWatch::Told::reach(double far, double turned) {
+void StuckWatch::Commanded::reach(double far, double turned) {
   ++rows;
   if (exceeds(far, linear)) linear = far;
   if (exceeds(turned, angular)) angular = turned;
 }
 
 // To and fro within the dead band may move nothing, however often.
-void StuckWatch::Told::add(const Twist& motion) {
+void StuckWatch::Commanded::add(const Twist& motion) {
   if (motion.linear.isZero(0.0) && motion.angular.isZero(0.0)) return;
   sum.linear += motion.linear;
   sum.angular += motion.angular;
   reach(sum.linear.norm(), sum.angular.norm());
 }
 
-bool StuckWatch::Told::beyond(const DeadBand& dead_band, std::uint32_t rows_needed) const {
+bool StuckWatch::Commanded::beyond(const DeadBand& dead_band, std::uint32_t rows_needed) const {
   return rows >= rows_needed && dead_band.exceeded_by(linear, angular);
 }
 
@@ -79,29 +79,29 @@ void StuckWatch::note_state(const Limits& limits, const MeasuredState& state) {
     joint.changed = std::isnan(joint.position) || change > limit.encoder_step;
     if (!joint.changed) continue;
     joint.position = state.positions[j];
-    joint.told = Told{};
-    parts_[limit.part] = Told{};
+    joint.commanded = Commanded{};
+    parts_[limit.part] = Commanded{};
   }
 }
 
 void StuckWatch::add_joint(const MotionView& view, std::size_t j) {
   const JointLimits& joint = view.limits.joints[j];
-  Told& told = joints_[j].told;
+  Commanded& commanded = joints_[j].commanded;
   if (view.mode() == static_cast<std::uint8_t>(Mode::joint_velocity)) {
     const double share = share_of(view.modes.joint_velocity.gain) * view.period_s();
     const double velocity = told_velocity(view.limits, view.now, j, view.before.positions);
-    return told.add({{share * velocity, 0.0, 0.0}, Eigen::Vector3d::Zero()});
+    return commanded.add({{share * velocity, 0.0, 0.0}, Eigen::Vector3d::Zero()});
   }
   const double left = std::abs(measured_change(joint, view.state.positions[j], view.now[j]));
-  if (exceeds(left, joint.dead_band)) told.reach(left);
+  if (exceeds(left, joint.dead_band)) commanded.reach(left);
 }
 
 void StuckWatch::add_part(const MotionView& view) {
-  Told& told = parts_[view.now.action->part];
+  Commanded& commanded = parts_[view.now.action->part];
   if (view.mode() == static_cast<std::uint8_t>(Mode::cartesian_pose)) {
     const PoseError left = pose_error(view);
     if (part_dead_band(view).exceeded_by(left.distance, left.angle))
-      told.reach(left.distance, left.angle);
+      commanded.reach(left.distance, left.angle);
     return;
   }
   const CartesianLimits* mode = norm_block(view.modes, view.mode());
@@ -109,7 +109,7 @@ void StuckWatch::add_part(const MotionView& view) {
   const bool per_tick = view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta);
   const double share = share_of(mode->gain) * (per_tick ? 1.0 : view.period_s());
   const Twist row = halves(view.now);
-  told.add({share * row.linear, share * row.angular});
+  commanded.add({share * row.linear, share * row.angular});
 }
 
 Evidence StuckWatch::stuck(const MotionView& view, std::size_t joint, std::string_view rule) const {
@@ -125,8 +125,8 @@ Evidence StuckWatch::after_joint_row(const MotionView& view) {
   for (const std::size_t j : view.part().joints) {
     if (!view.now.commands(j) || joints_[j].changed) continue;
     add_joint(view, j);
-    if (joints_[j].told.beyond({view.limits.joints[j].dead_band, 0.0},
-                               view.limits.protocol.stuck_ticks))
+    if (joints_[j].commanded.beyond({view.limits.joints[j].dead_band, 0.0},
+                                    view.limits.protocol.stuck_ticks))
       return stuck(view, j, "told to move in stuck_ticks rows, no change beyond its encoder_step");
   }
   return {};

@@ -1,4 +1,4 @@
-// G041: a joint that is told to move and whose measured position does not change.
+// G041: a joint that is commanded to move and whose measured position does not change.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace fairlead {
 
-/// What may be told without anything having to move. Of one joint `linear`, in its own unit.
+/// What may be commanded without anything having to move. Of one joint `linear`, in its own unit.
 struct DeadBand {
   double linear = unset;   // [m]
   double angular = unset;  // [rad]
@@ -17,7 +17,7 @@ struct DeadBand {
   [[nodiscard]] bool exceeded_by(double far, double turned) const;
 };
 
-/// Adds up, per joint and per part, what it was told to move since its measured position last
+/// Adds up, per joint and per part, what it was commanded to move since its measured position last
 /// changed by more than `encoder_step`. Nothing but such a change begins anew: not a hold, not
 /// another mode, not a row that leaves the joint alone. In contact a joint may press without
 /// moving; it is stuck only if the measurement rests, which a live sensor's noise does not.
@@ -30,9 +30,9 @@ class StuckWatch {
   void clear();
 
  private:
-  struct Told {
-    std::uint32_t rows = 0;  // that told it to move
-    Twist sum{};             // of the motions told, and how far from rest that was at most
+  struct Commanded {
+    std::uint32_t rows = 0;  // that commanded it to move
+    Twist sum{};             // of the commanded motions, and how far from rest that was at most
     double linear = 0.0;
     double angular = 0.0;
 
@@ -43,7 +43,7 @@ class StuckWatch {
   struct Joint {
     double position = unset;  // at the last change; NaN: none seen
     bool changed = false;     // in the newest state
-    Told told;                // by modes that command joints one by one, in `linear`
+    Commanded commanded;      // by modes that command joints one by one, in `linear`
   };
   Evidence after_joint_row(const MotionView& view);
   void add_joint(const MotionView& view, std::size_t joint);
@@ -52,7 +52,7 @@ class StuckWatch {
                                std::string_view rule) const;
 
   std::array<Joint, max_joints> joints_{};
-  std::array<Told, max_parts> parts_{};  // by modes that move all joints of a part
+  std::array<Commanded, max_parts> parts_{};  // by modes that move all joints of a part
 };
 
 }  // namespace fairlead

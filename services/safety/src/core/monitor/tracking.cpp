@@ -1,9 +1,12 @@
 #include "core/monitor/tracking.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "core/chunk/state_check.hpp"
 #include "core/modes/commanded_motion.hpp"
-#include "core/monitor/tracking_span.hpp"
-#include "fairlead_safety/mode_blocks.hpp"
+#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
 namespace {
@@ -47,14 +50,14 @@ Evidence check_velocities(const MotionView& view) {
   const JointModeLimits& mode = view.modes.joint_velocity;
   const auto along = [](double velocity) { return Eigen::Vector3d(velocity, 0.0, 0.0); };
   for (const std::uint8_t j : view.now.action->active) {
-    const auto told_by = [&](const Setpoint& row) {
+    const auto commanded_by = [&](const Setpoint& row) {
       return along(told_velocity(view.limits, row, j, view.before.positions));
     };
-    const Eigen::Vector3d told = told_by(view.now);
+    const Eigen::Vector3d commanded = commanded_by(view.now);
     const bool goes_on = view.previous.action != nullptr && view.previous.commands(j);
     const TrackingSpan span =
-        goes_on ? TrackingSpan::after_row(mode.gain, told_by(view.previous), told)
-                : TrackingSpan::after_hold(mode.gain, along(view.before.velocities[j]), told);
+        goes_on ? TrackingSpan::after_row(mode.gain, commanded_by(view.previous), commanded)
+                : TrackingSpan::after_hold(mode.gain, along(view.before.velocities[j]), commanded);
     const JointLimits& joint = view.limits.joints[j];
     const Evidence evidence =
         within(joint.name.view(), span.distance(along(view.state.velocities[j])), mode.tracking[j],
@@ -98,10 +101,10 @@ void measure_tool(const MotionView& view, Motions& measured) {
 
 TrackingSpan span_of(const MotionView& view, const Gain& gain, const Twist& before,
                      Eigen::Vector3d Twist::*half) {
-  const Twist told = halves(view.now);
+  const Twist commanded = halves(view.now);
   if (view.previous.action == nullptr)
-    return TrackingSpan::after_hold(gain, before.*half, told.*half);
-  return TrackingSpan::after_row(gain, halves(view.previous).*half, told.*half);
+    return TrackingSpan::after_hold(gain, before.*half, commanded.*half);
+  return TrackingSpan::after_row(gain, halves(view.previous).*half, commanded.*half);
 }
 
 Evidence check_halves(const MotionView& view) {
@@ -144,6 +147,45 @@ Evidence check_tracking(const MotionView& view) {
     default:
       return {};
   }
+}
+
+// The four points of a span lie in one plane (through the origin), so what is between them is two
+// triangles.
+namespace {
+
+using Point = Eigen::Vector3d;
+
+// The smaller one; NaN if either is.
+double lesser(double a, double b) {
+  return std::isnan(a) || std::isnan(b) ? unset : std::min(a, b);
+}
+
+double to_segment(const Point& p, const Point& a, const Point& b) {
+  const Point along = b - a;
+  const double length = along.squaredNorm();
+  double share{};  // of a point any will do
+  if (length > 0.0) share = std::clamp((p - a).dot(along) / length, 0.0, 1.0);
+  return (p - a - share * along).norm();
+}
+
+double to_triangle(const Point& p, const Point& a, const Point& b, const Point& c) {
+  const double edge = lesser(to_segment(p, a, b), lesser(to_segment(p, b, c), to_segment(p, c, a)));
+  const Point one = b - a, other = c - a;
+  const Point normal = one.cross(other);
+  // A sliver is as good as its edges, and its normal is noise.
+  constexpr double sliver = std::numeric_limits<double>::epsilon();
+  if (!(normal.squaredNorm() > sliver * one.squaredNorm() * other.squaredNorm())) return edge;
+  const auto outside = [&](const Point& from, const Point& to) {
+    return std::signbit((to - from).cross(p - from).dot(normal));
+  };
+  if (outside(a, b) || outside(b, c) || outside(c, a)) return edge;
+  return std::abs(normal.dot(p)) / normal.norm();
+}
+
+}  // namespace
+
+double TrackingSpan::distance(const Eigen::Vector3d& motion) const {
+  return lesser(to_triangle(motion, from, slow, fast), to_triangle(motion, from, from_too, fast));
 }
 
 }  // namespace fairlead

@@ -20,10 +20,11 @@ bool StoredFrame::is_copy_of(Bytes frame) const {
                                   bytes_.begin() + static_cast<std::ptrdiff_t>(size_));
 }
 
-const Released* ReleasePlan::find(std::uint64_t verdict_id) const {
-  if (verdict_id == 0) return nullptr;
+// The release that an act is a row of.
+const Released* ReleasePlan::find(const Acted& act) const {
+  if (act.hold != 0 || act.verdict_id == 0) return nullptr;
   for (const Released& release : releases_)
-    if (release.verdict_id == verdict_id) return &release;
+    if (release.verdict_id == act.verdict_id) return &release;
   return nullptr;
 }
 
@@ -32,7 +33,7 @@ Acted ReleasePlan::follow(const Acted& acted, std::uint64_t tick) const {
   const Released* next = current();
   if (next != nullptr && next->first_tick == tick && same_act(next->after, acted))
     return Acted{0, next->verdict_id, 0};
-  const Released* running = acted.hold == 0 ? find(acted.verdict_id) : nullptr;
+  const Released* running = find(acted);
   if (running != nullptr && running->first_tick + acted.row + 1 == tick &&
       acted.row + 1 < running->row_count)
     return Acted{0, running->verdict_id, acted.row + 1};
@@ -53,19 +54,19 @@ void ReleasePlan::begin_tick(std::uint64_t tick, const Acted& acted) {
 }
 
 RowBefore ReleasePlan::row_of(const Acted& act) const {
-  const Released* release = act.hold == 0 ? find(act.verdict_id) : nullptr;
+  const Released* release = find(act);
   if (release == nullptr || act.row >= release->row_count) return {};
   return RowBefore{&chunk_of(*release), release->first_row + act.row};
 }
 
 Acted ReleasePlan::act_before(const Acted& act) const {
-  const Released* release = act.hold == 0 ? find(act.verdict_id) : nullptr;
+  const Released* release = find(act);
   if (release == nullptr) return Acted{};
   return act.row > 0 ? Acted{0, act.verdict_id, act.row - 1} : release->after;
 }
 
 bool ReleasePlan::uses_slot(const Acted& act, std::size_t slot) const {
-  const Released* release = act.hold == 0 ? find(act.verdict_id) : nullptr;
+  const Released* release = find(act);
   return release != nullptr && release->slot == slot;
 }
 

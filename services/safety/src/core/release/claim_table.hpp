@@ -88,7 +88,7 @@ class ReleasePlan {
   void clear();
 
  private:
-  [[nodiscard]] const Released* find(std::uint64_t verdict_id) const;
+  [[nodiscard]] const Released* find(const Acted& act) const;
   [[nodiscard]] Acted follow(const Acted& acted, std::uint64_t tick) const;
   [[nodiscard]] bool uses_slot(const Acted& act, std::size_t slot) const;
   [[nodiscard]] std::size_t free_slot() const;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/modes/row_view.hpp"
+
 namespace fairlead {
 
 // Every row that leaves the gate passes here: as part of a verdict, under its id, out of the bytes
@@ -40,7 +42,7 @@ void Door::note_sent(const SafeChunk& safe) {
 
 bool Door::has_released(std::size_t part, const Acted& acted) const {
   const LiveClaim* holder = claims_.holder_of(part);
-  if (holder != nullptr && told_to(part, holder->plan.row_of(acted), limits_).action != nullptr)
+  if (holder != nullptr && command_of(part, holder->plan.row_of(acted), limits_).action != nullptr)
     return true;
   return std::any_of(sent_.begin(), sent_.end(), [&](const Sent& sent) {
     return sent.verdict_id == acted.verdict_id && acted.row < sent.row_count &&

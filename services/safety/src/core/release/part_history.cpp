@@ -2,6 +2,7 @@
 
 #include "core/chunk/state_check.hpp"
 #include "core/modes/commanded_motion.hpp"
+#include "core/release/claim_table.hpp"
 
 namespace fairlead {
 namespace {
@@ -40,12 +41,12 @@ void PartHistory::begin_session() {
   for (PartMemory& memory : memories_) memory.released = ReleasedRows{};
 }
 
-// What a part was told in the tick before the newest state; of no action if nobody remembers.
+// What a part was commanded in the tick before the newest state; of no action if nobody remembers.
 Setpoint PartHistory::acted_row(std::size_t part, const MeasuredState& now,
                                 const ClaimTable& claims) const {
   const LiveClaim* claim = claims.holder_of(part);
   const RowBefore row = claim != nullptr ? claim->plan.row_of(now.acted[part]) : RowBefore{};
-  return told_to(part, row, limits_);
+  return command_of(part, row, limits_);
 }
 
 void PartHistory::update(const MeasuredState& before, const MeasuredState& now,
@@ -68,7 +69,7 @@ void PartHistory::update(const MeasuredState& before, const MeasuredState& now,
   forget_held(now);
 }
 
-// A switch that the rows of its claim said nothing to: that tells it down.
+// A switch that the rows of its claim left out: that turns it down.
 bool PartHistory::is_left_out(std::size_t part, const MeasuredState& now,
                               const ClaimTable& claims) const {
   if (!limits_.parts[part].modes.composite_mode.supported) return false;
@@ -78,7 +79,7 @@ bool PartHistory::is_left_out(std::size_t part, const MeasuredState& now,
   return false;
 }
 
-// Which way a controller was switched in that tick: down where nothing told it.
+// Which way a controller was switched in that tick: down where no row did.
 Switch PartHistory::switched(const MeasuredState& now, const ClaimTable& claims) const {
   Switch found = Switch::negative;
   for (std::size_t i = 0; i < limits_.parts.size(); ++i) {

@@ -3,10 +3,9 @@
 #include <tuple>
 
 #include "core/wire/msgpack.hpp"
-#include "fairlead_safety/action_messages.hpp"
+#include "core/wire/phrase.hpp"
 #include "fairlead_safety/codec.hpp"
-#include "fairlead_safety/messages.hpp"
-#include "fairlead_safety/printable.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 namespace fairlead {
 namespace {
@@ -124,29 +123,18 @@ auto write(Writer& out, const Record& record) -> decltype(record.fields(), void(
 }  // namespace
 
 std::string_view fault_name(FrameFault fault) {
-  switch (fault) {
-    case FrameFault::none:
-      return "none";
-    case FrameFault::oversized:
-      return "more than 64 KiB";
-    case FrameFault::cut_short:
-      return "cut short";
-    case FrameFault::wrong_type:
-      return "wrong field type";
-    case FrameFault::arity:
-      return "wrong number of fields";
-    case FrameFault::message:
-      return "another message type";
-    case FrameFault::version:
-      return "another version";
-    case FrameFault::capacity:
-      return "too long a name or list";
-    case FrameFault::text:
-      return "not UTF-8, or a control character in a name";
-    case FrameFault::trailing:
-      return "trailing bytes";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 10> names{"none",
+                                                   "more than 64 KiB",
+                                                   "cut short",
+                                                   "wrong field type",
+                                                   "wrong number of fields",
+                                                   "another message type",
+                                                   "another version",
+                                                   "too long a name or list",
+                                                   "not UTF-8, or a control character in a name",
+                                                   "trailing bytes"};
+  const auto number = static_cast<std::size_t>(fault);
+  return number < names.size() ? names[number] : "unknown";
 }
 
 // The last fields, which older senders leave out.
@@ -159,14 +147,8 @@ constexpr std::size_t optional_fields() {
 }
 
 template <class Message>
-FrameFault decode(Bytes frame, Message& message) {
-  std::size_t at = 0;
-  return decode(frame, message, at);
-}
-
-template <class Message>
-FrameFault decode(Bytes frame, Message& message, std::size_t& at) {
-  at = max_frame_bytes;
+FrameFault decode(Bytes frame, Message& message, std::size_t* at) {
+  if (at != nullptr) *at = max_frame_bytes;
   if (frame.size() > max_frame_bytes) return FrameFault::oversized;
   Reader in(frame);
   auto fields = message.fields();
@@ -180,7 +162,7 @@ FrameFault decode(Bytes frame, Message& message, std::size_t& at) {
   std::size_t left = count - 2;
   std::apply([&](auto&... field) { ((left-- > 0 ? read(in, field) : void()), ...); }, fields);
   if (in.ok() && !in.at_end()) in.fail(FrameFault::trailing);
-  at = frame.size() - in.left();
+  if (at != nullptr) *at = frame.size() - in.left();
   return in.fault();
 }
 
@@ -195,8 +177,8 @@ std::size_t encode(const Message& message, std::span<std::uint8_t> buffer) {
   return out.size();
 }
 
-#define FAIRLEAD_MESSAGE(Type)                                   \
-  template FrameFault decode<Type>(Bytes frame, Type & message); \
+#define FAIRLEAD_MESSAGE(Type)                                                     \
+  template FrameFault decode<Type>(Bytes frame, Type & message, std::size_t * at); \
   template std::size_t encode<Type>(const Type& message, std::span<std::uint8_t> buffer);
 
 FAIRLEAD_MESSAGE(JointState)
@@ -221,8 +203,6 @@ FAIRLEAD_MESSAGE(Release)
 FAIRLEAD_MESSAGE(LatchRecord)
 
 #undef FAIRLEAD_MESSAGE
-
-template FrameFault decode<ActionChunk>(Bytes frame, ActionChunk& message, std::size_t& at);
 
 bool read_chunk_head(Bytes frame, ChunkHead& head) {
   Reader in(frame);

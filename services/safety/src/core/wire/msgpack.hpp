@@ -65,7 +65,7 @@ class Writer {
   [[nodiscard]] std::size_t size() const { return overflow_ ? 0 : size_; }
 
  private:
-  void byte(std::uint8_t value);
+  void byte(std::uint8_t value) { raw(&value, 1); }
   void big_endian(std::uint8_t lead, std::uint64_t value, std::size_t width);
   void raw(const void* data, std::size_t count);
 
