@@ -78,13 +78,14 @@ struct Case {
   }
   [[nodiscard]] RowView view_of(std::size_t row) const {
     const ActionPart& action = chunk.chunk.parts[0];
-    return {limits, limits.parts[arm].modes, state, row_of(action, row, limits),
+    return {model, limits.parts[arm].modes, state, row_of(action, row, limits),
             row > first_row ? row_of(action, row - 1, limits) : Setpoint{}};
   }
 
   bool whole;
   Mode mode;
   Limits limits;
+  RobotModel model{limits};
   MeasuredState state = state_at_rest();
   std::size_t first_row = 0;
   ChunkBuilder chunk;

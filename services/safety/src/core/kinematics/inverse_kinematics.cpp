@@ -83,13 +83,6 @@ Square6 smaller_gram(const ToolJacobian& jacobian) {
   return gram;
 }
 
-// Where a pose is after a motion along the root's axes.
-FramePose moved(const FramePose& pose, const Motion6& motion) {
-  const Eigen::Vector3d turned = motion.tail<3>();
-  const Eigen::AngleAxisd turn(turned.norm(), turned.normalized());
-  return {turn.toRotationMatrix() * pose.rotation, pose.position + motion.head<3>()};
-}
-
 // The size of a motion [m], a turn by what it moves a point that far from the tool.
 double size_of(Motion6 motion) {
   motion.tail<3>() *= lever;
@@ -109,28 +102,15 @@ ToolJacobian tool_jacobian(const RobotModel& model, const ModelTool& tool,
                            const FramePoses& poses) {
   ToolJacobian jacobian;
   jacobian.tool = pose_at(tool.place, poses);
-  for (const std::uint8_t f : tool.own) {
-    const ModelFrame& frame = model.frames[f];
-    Motion6& column = jacobian.columns[jacobian.count++];
-    const Eigen::Vector3d axis = poses[f].rotation * frame.axis;
-    if (frame.turns)
-      column << axis.cross(jacobian.tool.position - poses[f].position), axis;
-    else
-      column << axis, Eigen::Vector3d::Zero();
-  }
+  for (const std::uint8_t f : tool.own)
+    jacobian.columns[jacobian.count++] =
+        motion_with(model.frames[f], poses[f], jacobian.tool.position);
   return jacobian;
-}
-
-Motion6 motion_between(const FramePose& from, const FramePose& to) {
-  const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
-  Motion6 motion;
-  motion << to.position - from.position, turn.angle() * turn.axis();
-  return motion;
 }
 
 Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6& motion,
                    const FramePoses& start, FramePoses& end, Joints& joints, Joints& first_step) {
-  const FramePose target = moved(pose_at(tool.place, start), motion);
+  const Pose target = moved(pose_at(tool.place, start), motion);
   // A long turn bends the way: what one straight step misses, the next makes up for.
   for (int i = 0; i < most_motion_steps; ++i) {
     const ToolJacobian jacobian = tool_jacobian(model, tool, i == 0 ? start : end);
@@ -147,7 +127,7 @@ Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6
                "a step of its joints that brings the tool nearer");
 }
 
-Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const FramePose& target,
+Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const Pose& target,
                     FramePoses& poses, Joints& joints, Joints& first_step) {
   Evidence evidence;
   first_step = joints;

@@ -10,7 +10,6 @@
 
 namespace fairlead {
 
-using Motion6 = Eigen::Matrix<double, 6, 1>;
 using Square6 = Eigen::Matrix<double, 6, 6>;
 
 /// The factors of L D L^T, L with ones on its diagonal, of which only the lower half of the matrix
@@ -59,11 +58,9 @@ class Factors6 {
   bool definite_ = true;
 };
 
-// Motion6 here: linear [m] and angular [rad] motion along the root link's axes.
-
 /// A tool's pose, and how it moves with each joint of its own part (`ModelTool::own`).
 struct ToolJacobian {
-  FramePose tool;
+  Pose tool;
   std::size_t count = 0;
   std::array<Motion6, max_links> columns;
 
@@ -73,9 +70,6 @@ struct ToolJacobian {
 
 /// Where the frames between the root and the tool have been placed.
 ToolJacobian tool_jacobian(const RobotModel& model, const ModelTool& tool, const FramePoses& poses);
-
-/// The motion that takes one pose to another.
-Motion6 motion_between(const FramePose& from, const FramePose& to);
 
 /// Moves the part's joints so that its tool makes one motion, as far as they can. Says G030 if the
 /// tool would be further from where it is to be than if the joints had stayed.
@@ -88,7 +82,7 @@ Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6
 
 /// Moves the part's joints until its tool is at `target`, and the tool's frames in `poses` with
 /// them. Says G030 if it does not get there. `first_step` as for `move_tool`.
-Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const FramePose& target,
+Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const Pose& target,
                     FramePoses& poses, Joints& joints, Joints& first_step);
 
 /// G033: the smallest singular value of the Jacobian, of as many as the part has joints, 6 at most.

@@ -156,7 +156,8 @@ bool rows_in_order(const Limits& limits, const ModeLimits& modes, const Measured
 RowLimitCheck::RowLimitCheck(const RobotModel& model, const ClaimLimits& claim,
                              const MeasuredState& state, const ActionChunk& chunk,
                              std::size_t first_row, const RowBefore& before)
-    : limits_(model.limits),
+    : model_(model),
+      limits_(model.limits),
       claim_(claim),
       state_(state),
       chunk_(chunk),
@@ -169,7 +170,7 @@ RowLimitCheck::RowLimitCheck(const RobotModel& model, const ClaimLimits& claim,
 
 RowView RowLimitCheck::view_of(const ActionPart& action, std::size_t row) const {
   const bool follows = row > first_row_;
-  return {limits_, claim_.modes[action.part], state_, row_of(action, row, limits_),
+  return {model_, claim_.modes[action.part], state_, row_of(action, row, limits_),
           follows ? row_of(action, row - 1, limits_) : Setpoint{}};
 }
 

@@ -93,6 +93,7 @@ class RowLimitCheck {
   [[nodiscard]] RowView view_of(const ActionPart& action, std::size_t row) const;
   [[nodiscard]] Evidence check_left_out_parts() const;
 
+  const RobotModel& model_;
   const Limits& limits_;
   const ClaimLimits& claim_;
   const MeasuredState& state_;

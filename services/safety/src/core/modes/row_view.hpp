@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/chunk/judgement.hpp"
+#include "core/kinematics/robot_model.hpp"
 #include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
@@ -37,11 +38,12 @@ inline Setpoint told_to(std::size_t part, const RowBefore& row, const Limits& li
 }
 
 struct RowView {
-  const Limits& limits;
+  const RobotModel& model;
   const ModeLimits& modes;  // the claim's own
   const MeasuredState& state;
   Setpoint now;
   Setpoint previous;  // the row before it in its chunk; of no action for the first live row
+  const Limits& limits = model.limits;
 
   [[nodiscard]] const PartLimits& part() const { return limits.parts[now.action->part]; }
   [[nodiscard]] std::uint8_t mode() const { return now.action->mode; }

@@ -12,8 +12,8 @@ namespace fairlead {
 
 class PartHistory {
  public:
-  /// `limits` must outlive the history.
-  explicit PartHistory(const Limits& limits) : limits_(limits) {}
+  /// `model` must outlive the history.
+  explicit PartHistory(const RobotModel& model) : model_(model), limits_(model.limits) {}
 
   /// Arming in `state`: nothing is known of what happened before.
   void begin(const MeasuredState& state);
@@ -48,6 +48,7 @@ class PartHistory {
   void note_goal(std::size_t part, const Setpoint& row, Switch switched,
                  const MeasuredState& before, const MeasuredState& now);
 
+  const RobotModel& model_;
   const Limits& limits_;
   PartMemories memories_;
   std::uint64_t seen_tick_ = 0;  // of the state before the newest, 0: none

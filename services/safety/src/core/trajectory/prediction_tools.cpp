@@ -59,11 +59,7 @@ bool Prediction::stays(const Motion6& told) const {
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
   const auto& joints = model_.limits.parts[command.action.part].joints;
-  const Twist told = tick_motion(command.row, model_.period_s);
-  const Eigen::Matrix3d axes =
-      link_pose(model_, command.action.frame_id, branch.poses_before()).rotation;
-  Motion6 asked;
-  asked << axes * told.linear, axes * told.angular;
+  Motion6 asked = tick_motion(model_, branch.poses_before(), command.row);
   Motion6& left = branch.left[command.action.part];
   if (goals_add_up_) {
     if (left.hasNaN()) {
@@ -120,11 +116,10 @@ Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
 // From where the other parts of the row carry its own.
 Evidence Prediction::solve_pose(const Command& command, Branch& branch, Joints& first_step) const {
   branch.poses_now().place(model_, branch.now);
-  const FramePose frame = link_pose(model_, command.action.frame_id, branch.poses_now());
-  const Setpoint& row = command.row;
-  const Eigen::Quaterniond told(row[6], row[3], row[4], row[5]);
-  const FramePose target{frame.rotation * told.normalized().toRotationMatrix(),
-                         point_in_root(frame, {row[0], row[1], row[2]})};
+  const Pose frame =
+      pose_at(model_.places[link_of(model_.limits, command.row)], branch.poses_now());
+  const Pose told = pose_of(command.row);
+  const Pose target{frame.rotation * told.rotation, point_in_root(frame, told.position)};
   return reach_pose(model_, model_.tools[command.action.part], target, branch.poses_now(),
                     branch.now, first_step);
 }
