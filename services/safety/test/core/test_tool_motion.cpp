@@ -15,10 +15,10 @@ namespace {
 /// Columns along the axes, one after the other, of these lengths.
 ToolJacobian along_axes(std::initializer_list<double> lengths) {
   ToolJacobian jacobian;
-  for (const double length : lengths) {
-    Motion6& column = jacobian.columns[jacobian.count];
-    column.setZero();
-    column[static_cast<Eigen::Index>(jacobian.count++)] = length;
+  jacobian.columns.setZero(6, static_cast<Eigen::Index>(lengths.size()));
+  for (Eigen::Index i = 0; const double length : lengths) {
+    jacobian.columns(i, i) = length;
+    ++i;
   }
   return jacobian;
 }
@@ -36,7 +36,21 @@ TEST_CASE("G033 joints that move nothing have none, of no number it is none") {
   CHECK(smallest_singular_value(along_axes({0, 0, 0, 0, 0, 0})) == 0.0);
   CHECK(smallest_singular_value(along_axes({0, 0})) == 0.0);
   CHECK_FALSE(smallest_singular_value(along_axes({1, not_a_number})) >= 0.0);
-  CHECK_FALSE(is_clearly_regular(along_axes({1, not_a_number, 1, 1, 1, 1}), 0.1));
+  CHECK(smallest_singular_value(along_axes({})) == 0.0);
+  CHECK_FALSE(is_clearly_regular(along_axes({}), 0.1));
+}
+
+TEST_CASE("G033 nothing is clearly regular of which any number is none, or infinite") {
+  for (const ToolJacobian& regular : {along_axes({1, 1, 1, 1, 1, 1}), along_axes({1, 1, 1})}) {
+    CHECK(is_clearly_regular(regular, 0.1));
+    for (Eigen::Index i = 0; i < regular.columns.size(); ++i)
+      for (const double bad : {not_a_number, infinite, -infinite}) {
+        ToolJacobian jacobian = regular;
+        jacobian.columns.reshaped()[i] = bad;
+        CHECK_FALSE(is_clearly_regular(jacobian, 0.1));
+        CHECK_FALSE(smallest_singular_value(jacobian) >= 0.1);
+      }
+  }
 }
 
 TEST_CASE("G033 what is clearly regular is above the limit, and close to it nothing is clear") {
@@ -63,7 +77,8 @@ TEST_CASE("the share of a way that a margin covers") {
 TEST_CASE("G033 five columns or fewer are measured by themselves, six and more by their rows") {
   CHECK(smallest_singular_value(along_axes({2, 0.25, 1, 1, 1})) == doctest::Approx(0.25));
   ToolJacobian seven = along_axes({2, 0.25, 1, 1, 1, 1});
-  seven.columns[seven.count++] = Motion6::Unit(1);  // makes up for the short one
+  seven.columns.conservativeResize(6, 7);
+  seven.columns.col(6) = Motion6::Unit(1);  // makes up for the short one
   CHECK(smallest_singular_value(seven) == doctest::Approx(1.0));
 }
 

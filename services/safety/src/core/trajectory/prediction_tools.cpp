@@ -48,13 +48,6 @@ bool Prediction::goals_add_up(const RowBefore& own, bool before) const {
   return false;
 }
 
-// A tool that is told to stay, does; least squares and rounding would make 1e-17 rad of that. Not
-// so in the first row: there the least motion decides whether what is measured of a joint counts as
-// its speed, and what is computed with care is not to be passed over.
-bool Prediction::stays(const Motion6& told) const {
-  return steps_ != 1 && (told.array() == 0.0).all();
-}
-
 // From the configuration before the row, whatever other parts do in it.
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
@@ -71,10 +64,6 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
   const double share = gain(command, index);
   const Motion6 motion = share * asked;
   left = asked - motion;
-  if (stays(motion)) {
-    for (const std::size_t j : joints) branch.speed[j] = 0.0;
-    return {};
-  }
   Joints after = branch.before;
   Joints first_step;
   const Evidence evidence = move_tool(model_, model_.tools[command.action.part], motion,
