@@ -95,13 +95,10 @@ class RowMaker {
   void tell_pose(Row& row) const {
     Joints joints = attack_.at;
     for (const std::size_t j : limits_.joints) joints[j] += radian * steps_out() * share(j);
-    FramePoses poses;
-    poses.place(model_, joints);
-    const FramePose tool = pose_at(model_.tools[part_].place, poses);
-    const FramePose frame = link_pose(model_, limits_.modes.cartesian_pose.frames[0], poses);
-    const Eigen::Matrix3d back = frame.rotation.transpose();
-    const Eigen::Vector3d place = back * (tool.position - frame.position);
-    const Eigen::Quaterniond turn(Eigen::Matrix3d(back * tool.rotation));
+    const std::size_t frame = model_.limits.kinematics.find(limits_.modes.cartesian_pose.frames[0]);
+    const Pose told = link_pose(model_, {model_, joints}, frame, limits_.tool);
+    const Eigen::Vector3d& place = told.position;
+    const Eigen::Quaterniond turn(told.rotation);
     row = {place[0], place[1], place[2], turn.x(), turn.y(), turn.z(), turn.w()};
   }
 

@@ -46,7 +46,7 @@ LimitRows::LimitRows(std::string name, const Limits& limits, std::uint32_t horiz
 }
 
 std::size_t LimitRows::rows_in_order() const {
-  const RowLimitCheck walk{model_.limits, claim_, state_, chunk_.chunk(), 0, nothing_before_};
+  const RowLimitCheck walk{model_, claim_, state_, chunk_.chunk(), 0, nothing_before_};
   std::size_t row = 0;
   while (row < chunk_.chunk().horizon && walk.check(row).ok()) ++row;
   return row;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "core/kinematics/forward_kinematics.hpp"
@@ -33,13 +34,14 @@ bool is_pose(const ActionPart& action) {
 /// Where the tool is measured to be, in the frame that the poses are told in: xyz, xyzw.
 std::vector<double> measured_pose(const ActionPart& action, const Limits& limits,
                                   const std::vector<double>& measured) {
-  MeasuredState state;
-  state.count = std::min(measured.size(), max_measured);
-  std::copy_n(measured.begin(), state.count, state.positions.begin());
-  const Pose pose = link_pose(limits.kinematics, state, limits.kinematics.find(action.frame_id),
+  Joints joints{};
+  std::copy_n(measured.begin(), std::min(measured.size(), joints.size()), joints.begin());
+  const auto model = std::make_unique<RobotModel>(limits);
+  const Pose pose = link_pose(*model, {*model, joints}, limits.kinematics.find(action.frame_id),
                               limits.parts[action.part].tool);
-  return {pose.position.x(), pose.position.y(), pose.position.z(), pose.rotation.x(),
-          pose.rotation.y(), pose.rotation.z(), pose.rotation.w()};
+  const Eigen::Quaterniond turn(pose.rotation);
+  return {pose.position.x(), pose.position.y(), pose.position.z(), turn.x(),
+          turn.y(),          turn.z(),          turn.w()};
 }
 
 /// Where numbers of the mode count from: standing still, or where the robot is. Empty: unknown.

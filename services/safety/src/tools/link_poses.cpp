@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdio>
 #include <exception>
+#include <memory>
 
 #include "config/config_loader.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
@@ -19,7 +20,7 @@ bool read_block(std::array<double, fairlead::max_measured>& block, std::size_t c
 }
 
 void write(const fairlead::Pose& pose, const fairlead::Twist& twist) {
-  const auto& q = pose.rotation;
+  const Eigen::Quaterniond q(pose.rotation);
   const std::array<double, 13> row{pose.position.x(),
                                    pose.position.y(),
                                    pose.position.z(),
@@ -37,12 +38,15 @@ void write(const fairlead::Pose& pose, const fairlead::Twist& twist) {
 }
 
 void run(const fairlead::Limits& limits) {
+  const auto model = std::make_unique<fairlead::RobotModel>(limits);
   fairlead::MeasuredState state;
   state.count = limits.measured_count();
-  while (read_block(state.positions, state.count) && read_block(state.velocities, state.count))
+  while (read_block(state.positions, state.count) && read_block(state.velocities, state.count)) {
+    const fairlead::FramePoses poses(*model, state.positions);
     for (std::size_t link = 0; link < limits.kinematics.links.size(); ++link)
-      write(fairlead::link_pose(limits.kinematics, state, 0, link),
-            fairlead::link_twist(limits.kinematics, state, 0, link));
+      write(fairlead::link_pose(*model, poses, 0, link),
+            fairlead::link_twist(*model, state, 0, link));
+  }
 }
 
 }  // namespace

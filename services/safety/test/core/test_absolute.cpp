@@ -242,5 +242,5 @@ TEST_CASE("G011 rows that act on a joint without bounds are never at fault for w
   MeasuredState state = state_at_rest();
   state.positions[base_yaw] = 1e6;
   const ChunkBuilder acts = ChunkBuilder().joint(base, Mode::joint_position, base_yaw, {1e6});
-  CHECK(check_running(limits, whole_robot(limits), state, acts.chunk, 0).ok());
+  CHECK(check_running(RobotModel(limits), whole_robot(limits), state, acts.chunk, 0).ok());
 }

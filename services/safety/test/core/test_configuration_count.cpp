@@ -69,7 +69,7 @@ TEST_CASE("G030 a judgement that has looked 512 times goes no further") {
   CHECK(cut.evidence.limit == 512.0);
 }
 
-TEST_CASE("configurations: at a base where each row leads and where it comes to rest") {
+TEST_CASE("configurations: at a base where each row leads; the way to rest is clear") {
   Limits limits = test_limits();
   limits.parts[base].modes.joint_velocity.gain = {1.0, 1.0};
   limits.collision.pairs.clear();
@@ -79,7 +79,7 @@ TEST_CASE("configurations: at a base where each row leads and where it comes to 
   const Judgement judged =
       judge_path(RobotModel(limits), claim, state_at_rest(), chunk.chunk, 0, 3, {}, {});
   CHECK(judged.evidence.ok());
-  CHECK(judged.configurations == 6);
+  CHECK(judged.configurations == 3);
 }
 
 TEST_CASE("G030 wherever the looks run out, none is taken beyond, and that row is at fault") {

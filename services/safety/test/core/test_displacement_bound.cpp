@@ -35,7 +35,7 @@ Joints anywhere(std::mt19937& random) {
 // An end of the tool's plate as the column sees it.
 Eigen::Vector3d seen_from_column(const RobotModel& model, const FramePoses& poses,
                                  const Eigen::Vector3d& end) {
-  const FramePose& column = poses[model.places[column_link].frame];
+  const Pose& column = poses[model.places[column_link].frame];
   const Eigen::Vector3d point = point_in_root(poses[model.capsules[1].frame], end);
   return column.rotation.transpose() * (point - column.position);
 }

@@ -63,7 +63,7 @@ TEST_CASE(
   joints[slide_x] = 0.25;
   FramePoses poses;
   poses.place(model, joints);
-  const FramePose tip = pose_at(model.places[2], poses);
+  const Pose tip = pose_at(model.places[2], poses);
   CHECK((tip.position - Eigen::Vector3d(0.3, 0.25, 0.0)).norm() < 1e-12);
   CHECK((tip.rotation * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm() < 1e-12);
 }

@@ -45,9 +45,10 @@ const Row four(4, turn);
 // arm_1 is told to be at that angle by the rows before.
 PartMemories goal_at(double angle) {
   PartMemories memories;
-  const Eigen::Quaterniond rotation(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
+  const Eigen::Matrix3d rotation =
+      Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   memories[arm].goal =
-      Pose{rotation * Eigen::Vector3d(0.7, 0, 0) + Eigen::Vector3d(0, 0, 0.5), rotation};
+      Pose{rotation, rotation * Eigen::Vector3d(0.7, 0, 0) + Eigen::Vector3d(0, 0, 0.5)};
   return memories;
 }
 

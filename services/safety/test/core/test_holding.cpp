@@ -71,11 +71,26 @@ Limits interleaved() {
 
 }  // namespace
 
-TEST_CASE("G034 a base that holds takes two looks a row, wherever it is, and passes where it was") {
+TEST_CASE("G034 a base that holds takes one look a row, wherever it is, and passes where it was") {
   const Judgement inside = drive(hall(2), slide({0.0, 0.0, 0.0}));
   CHECK(inside.evidence.ok());
-  CHECK(inside.configurations == 6);
+  CHECK(inside.configurations == 3);
   CHECK(drive(hall(0.25), slide({0.0, 0.0, 0.0})).evidence.ok());  // it sticks out
+}
+
+TEST_CASE("G034 where a base comes to rest is looked at, unless all of the way there is clear") {
+  const ChunkBuilder row = slide({0.1});
+  CHECK(drive(hall(2), row).configurations == 1);
+  double refused = 0.4, passes = 2.0;
+  for (int i = 0; i < 50; ++i) {
+    const double right = 0.5 * (refused + passes);
+    (drive(hall(right), row).evidence.ok() ? passes : refused) = right;
+  }
+  CHECK(drive(hall(passes), row).configurations == 1);  // straight on: as far as it is clear
+  const Judgement cut = drive(hall(refused), row);
+  CHECK(cut.evidence.code == 34);
+  CHECK(cut.evidence.value == doctest::Approx(0.0));  // at rest, where it first sticks out
+  CHECK(cut.configurations == 2);
 }
 
 TEST_CASE("G034 a base that moves after it held is asked") {

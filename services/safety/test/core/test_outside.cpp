@@ -63,10 +63,10 @@ TEST_CASE("G011 the row that acts next leads back from where the joint is now") 
     const ChunkBuilder chunk = target(2.25 * side);
     MeasuredState state = state_at_rest();
     state.positions[arm_1] = 2.375 * side;
-    CHECK(check_running(limits, claim, state, chunk.chunk, 0).ok());
+    CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).ok());
     state.positions[arm_1] = 2.125 * side;
-    CHECK(check_running(limits, claim, state, chunk.chunk, 0).code == 11);
+    CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).code == 11);
     state.positions[arm_1] = 0.5 * side;
-    CHECK(check_running(limits, claim, state, chunk.chunk, 0).ok());
+    CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).ok());
   }
 }

@@ -21,7 +21,8 @@ struct Machine {
   CountingIds ids;
   HalLink hal{limits};
   ClaimTable claims;
-  PartHistory history{limits};
+  RobotModel model{limits};
+  PartHistory history{model};
   StopMonitor stopping{limits, hal};
   Outbox outbox;
   StateMachine machine{limits, ids, hal, claims, history, stopping, outbox};

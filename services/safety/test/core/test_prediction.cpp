@@ -151,7 +151,7 @@ TEST_CASE(
   CHECK(branch.speed[slide_y] == 0.25);
   CHECK(branch.speed[turn_z] == 0.5);
   const auto tool_x = [&](const FramePoses& poses) {
-    return link_pose(predicted.model, "tool", poses).position.x();
+    return pose_at(predicted.model.tools[arm].place, poses).position.x();
   };
   CHECK(tool_x(branch.poses_before()) == doctest::Approx(0.7));
   CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.75));
@@ -170,7 +170,7 @@ TEST_CASE("a tick before the first row begins where the row that acts leads") {
   CHECK(branch.before[slide_x] == doctest::Approx(0.05));
   CHECK(branch.now[slide_x] == doctest::Approx(0.1));
   const auto tool_x = [&](const FramePoses& poses) {
-    return link_pose(predicted.model, "tool", poses).position.x();
+    return pose_at(predicted.model.tools[arm].place, poses).position.x();
   };
   CHECK(tool_x(branch.poses_before()) == doctest::Approx(0.75));
   CHECK(tool_x(branch.poses_now()) == doctest::Approx(0.8));

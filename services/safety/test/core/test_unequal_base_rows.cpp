@@ -74,7 +74,7 @@ TEST_CASE(
     if (with_arm) chunk.add(arm, Mode::cartesian_delta, {still, still}, {}, "base_link");
     if (with_arm) chunk.scalar(composite, Mode::composite_mode, {1.0, 1.0});
     PartMemories memories;
-    memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
+    memories[arm].goal = Pose{Eigen::Matrix3d::Identity(), {0.7, 0, 0.5}};
     RowBefore before;
     before.memories = &memories;
     double fails = 0.0, passes = 1.0;

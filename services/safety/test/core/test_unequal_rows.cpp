@@ -166,7 +166,7 @@ TEST_CASE("G031 switch up: what is left of a row is a part of the next") {
     chunk.add(arm, Mode::cartesian_delta, {turn, back}, {}, "base_link");
     chunk.scalar(composite, Mode::composite_mode, {value, value});
     PartMemories memories;
-    memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
+    memories[arm].goal = Pose{Eigen::Matrix3d::Identity(), {0.7, 0, 0.5}};
     RowBefore before;
     before.memories = &memories;
     const RobotModel model(limits);

@@ -26,7 +26,7 @@ struct Told {
     PartLimits part = test::part("switch", {});
     part.modes.composite_mode = scalar_mode(-1.0, 1.0, 2.0);
     (void)limits.parts.push_back(part);
-    memories[arm].goal = Pose{Eigen::Vector3d(0.7, 0, 0.5), Eigen::Quaterniond::Identity()};
+    memories[arm].goal = Pose{Eigen::Matrix3d::Identity(), {0.7, 0, 0.5}};
   }
   [[nodiscard]] Evidence of(const Row& steps, double value = 1.0) const {
     return judged(steps, steps.size(), value).evidence;

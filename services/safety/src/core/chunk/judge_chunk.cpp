@@ -167,7 +167,7 @@ Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chu
 Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,
                      const MeasuredState& state, const ActionChunk& chunk, const JudgedRows& rows,
                      const RowBefore& before, Companions companions) {
-  const RowLimitCheck by_limits{model.limits, claim, state, chunk, rows.first, before};
+  const RowLimitCheck by_limits{model, claim, state, chunk, rows.first, before};
   TrajectoryCheck& by_path = room.emplace(model, claim, state, chunk, rows, before, companions);
   return judge_each(rows, by_path, [&](std::size_t row) {
     const Evidence evidence = by_limits.check(row);
@@ -182,11 +182,12 @@ Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits&
   return judge_each(rows, by_path, [&](std::size_t) { return by_path.check_next(); });
 }
 
-Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
-                       const ActionChunk& chunk, std::size_t row) {
+Evidence check_running(const RobotModel& model, const ClaimLimits& claim,
+                       const MeasuredState& state, const ActionChunk& chunk, std::size_t row) {
+  const Limits& limits = model.limits;
   for (const ActionPart& action : chunk.parts) {
     const Evidence evidence = check_acting(
-        {limits, claim.modes[action.part], state, row_of(action, row, limits), Setpoint{}});
+        {model, claim.modes[action.part], state, row_of(action, row, limits), Setpoint{}});
     if (!evidence.ok())
       return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
   }

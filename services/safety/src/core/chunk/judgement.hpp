@@ -13,6 +13,8 @@
 
 namespace fairlead {
 
+struct RobotModel;
+
 /// Why something was not released: the stable code, the place, and the numbers.
 /// Its texts point into the limits or at literals: it is used up within the step that made it.
 struct Evidence {
@@ -75,8 +77,8 @@ struct ClaimLimits {
 Evidence check_shape(const Limits& limits, const ClaimLimits& claim, const ActionChunk& chunk);
 
 /// G011 of a released row that is about to act: may it still, in this state?
-Evidence check_running(const Limits& limits, const ClaimLimits& claim, const MeasuredState& state,
-                       const ActionChunk& chunk, std::size_t row);
+Evidence check_running(const RobotModel& model, const ClaimLimits& claim,
+                       const MeasuredState& state, const ActionChunk& chunk, std::size_t row);
 
 /// The stable codes; their meaning is written where each is checked.
 namespace code {

@@ -30,14 +30,14 @@ class Gate::Core {
   // What is known.
   HalLink hal_{limits_};
   ClaimTable claims_;
-  PartHistory history_{limits_};
-  ActingRows rows_{limits_, hal_, claims_, history_};
+  PartHistory history_{model_};
+  ActingRows rows_{model_, hal_, claims_, history_};
   Outbox outbox_;
 
   // What watches: the gate itself, parts that have to stop, parts that move.
   SelfMonitor self_{limits_, model_};
   StopMonitor stopping_{limits_, hal_};
-  MotionMonitor motion_{limits_};
+  MotionMonitor motion_{model_};
   StateMachine machine_{limits_, ids_, hal_, claims_, history_, stopping_, outbox_};
 
   // The way of a chunk. Of the ids of verdicts half the range is left to count upwards in.

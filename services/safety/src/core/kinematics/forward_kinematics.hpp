@@ -1,47 +1,24 @@
-// Where the links of the robot are, and how they move: from what its joints are measured to do; and
-// of the frames of a model, for any joints, laid out for speed. Those poses are in the root link's
-// frame.
+// Where the links of a robot are, and how they move.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 
 #include "core/chunk/judgement.hpp"
 #include "core/kinematics/pose.hpp"
 #include "core/kinematics/robot_model.hpp"
-#include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
-
-/// T_frame_link: the pose of one link in the frame of another, both anywhere in the tree.
-/// NaN where a measurement is, or a link is none of the tree's.
-Pose link_pose(const Kinematics& kinematics, const MeasuredState& state, std::size_t frame,
-               std::size_t link);
-
-/// The velocity of `link` relative to the root, along the axes of `frame`, Jacobian times joint
-/// velocities; only of the joints of `part` where one is given.
-Twist link_twist(const Kinematics& kinematics, const MeasuredState& state, std::size_t frame,
-                 std::size_t link, const PartLimits* part = nullptr);
-
-/// Angle between two rotations [rad], 0 to pi; q and -q are the same. NaN if a number is.
-double angle_between(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);
 
 /// Positions of all measured joints [rad or m].
 using Joints = std::array<double, max_measured>;
 
-/// Nothing until it has been set.
-struct FramePose {
-  Eigen::Matrix3d rotation;
-  Eigen::Vector3d position;
-};
-
-/// Where the frames of a model are. A frame whose joint and parent are as they were when it was
-/// placed is not placed again: most frames of most rows.
+/// Where the frames of a model are, in the root's. A frame whose joint and parent are as they were
+/// when it was placed is not placed again: most frames of most rows.
 class FramePoses {
  public:
   FramePoses() = default;
+  FramePoses(const RobotModel& model, const Joints& joints) { place(model, joints); }
   FramePoses(const FramePoses& other) { *this = other; }
   FramePoses& operator=(const FramePoses& other);
 
@@ -51,7 +28,7 @@ class FramePoses {
   /// on these, until they are placed.
   void place_chain(const RobotModel& model, const ModelTool& tool, const Joints& joints);
 
-  const FramePose& operator[](std::size_t frame) const { return poses_[frame]; }
+  const Pose& operator[](std::size_t frame) const { return poses_[frame]; }
   /// Where the joint of a frame is that has been placed.
   [[nodiscard]] double joint_of(std::size_t frame) const { return placed_for_[frame]; }
 
@@ -61,19 +38,33 @@ class FramePoses {
 
   std::size_t count_ = 0;          // of the model's frames, 0 before the first is placed
   FrameSet stale_ = ~FrameSet{0};  // never placed, or before their parent was
-  std::array<FramePose, max_links> poses_;
+  std::array<Pose, max_links> poses_;
   std::array<double, max_links> placed_for_;  // the joint's position
 };
 
 /// Pose of a place on a frame.
-FramePose pose_at(const ModelPlace& place, const FramePoses& poses);
+Pose pose_at(const ModelPlace& place, const FramePoses& poses);
 
-/// Pose of a link of that name, not a number if there is none.
-FramePose link_pose(const RobotModel& model, const Name& link, const FramePoses& poses);
+/// T_frame_link: the pose of one link in the frame of another, both anywhere in the tree.
+/// NaN where a joint on the way is, or a link is none of the tree's.
+Pose link_pose(const RobotModel& model, const FramePoses& poses, std::size_t frame,
+               std::size_t link);
 
-/// A point that is fixed to a frame.
-inline Eigen::Vector3d point_in_root(const FramePose& frame, const Eigen::Vector3d& point) {
-  return frame.position + frame.rotation * point;
+/// How a point moves with a frame's joint, by 1 rad or 1 m of that.
+inline Motion6 motion_with(const ModelFrame& frame, const Pose& placed,
+                           const Eigen::Vector3d& point) {
+  const Eigen::Vector3d axis = placed.rotation * frame.axis;
+  Motion6 motion;
+  if (frame.turns)
+    motion << axis.cross(point - placed.position), axis;
+  else
+    motion << axis, Eigen::Vector3d::Zero();
+  return motion;
 }
+
+/// The velocity of `link` relative to the root, along the axes of `frame`; only of the joints of
+/// `part` where one is given. NaN as a pose is.
+Twist link_twist(const RobotModel& model, const MeasuredState& state, std::size_t frame,
+                 std::size_t link, const PartLimits* part = nullptr);
 
 }  // namespace fairlead

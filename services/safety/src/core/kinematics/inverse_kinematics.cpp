@@ -1,5 +1,6 @@
 #include "core/kinematics/inverse_kinematics.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -32,62 +33,34 @@ constexpr int most_motion_steps = 6;
 // What a motion that the joints cannot make at all may be missed by, above its own size [m].
 constexpr double rounding = 1e-9;
 
-// Its lower half, and of each column what is beside that in a pair of numbers: nobody reads the
-// rest.
-Square6 gram_of_rows(const ToolJacobian& jacobian) {
-  Square6 gram = Square6::Zero();
-  for (const Motion6& column : jacobian.all()) {
-    gram.leftCols<2>().noalias() += column * column.head<2>().transpose();
-    gram.block<4, 2>(2, 2).noalias() += column.tail<4>() * column.segment<2>(2).transpose();
-    gram.bottomRightCorner<2, 2>().noalias() += column.tail<2>() * column.tail<2>().transpose();
-  }
-  return gram;
-}
+using Columns = decltype(ToolJacobian::columns);
+using Changes = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, max_links>;  // by joint
 
-// What one step of least squares changes, joint by joint of the part.
-struct Step {
-  std::array<double, max_links> changes;  // as many as the part has joints
-  double largest = 0.0;
-};
+// `lazyProduct` has no need of memory; other products of these sizes take more time, too.
+Eigen::Matrix<double, 6, 6> gram_of_rows(const Columns& columns) {
+  return columns.lazyProduct(columns.transpose());
+}
 
 // The changes of the joints that come nearest to the motion, those of a singular direction damped.
-Step step_towards(const ToolJacobian& jacobian, const Motion6& motion) {
-  Square6 gram = gram_of_rows(jacobian);
+Changes step_towards(const Columns& columns, const Motion6& motion) {
+  Eigen::Matrix<double, 6, 6> gram = gram_of_rows(columns);
   gram.diagonal().array() += damping * damping;
-  const Motion6 weights = Factors6(gram).solve(motion);
-  Step step;
-  for (std::size_t i = 0; i < jacobian.count; ++i) {
-    step.changes[i] = jacobian.columns[i].dot(weights);
-    step.largest = std::max(step.largest, std::abs(step.changes[i]));
-  }
-  return step;
+  return columns.transpose().lazyProduct(gram.llt().solve(motion).eval());
 }
 
-void take(const Step& step, double share, const RobotModel& model, const ModelTool& tool,
+double largest_of(const Changes& step) { return step.lpNorm<Eigen::Infinity>(); }
+
+void take(const Changes& step, double share, const RobotModel& model, const ModelTool& tool,
           Joints& joints) {
   for (std::size_t i = 0; i < tool.own.size(); ++i)
-    joints[model.frames[tool.own[i]].joint] += share * step.changes[i];
+    joints[model.frames[tool.own[i]].joint] += share * step[static_cast<Eigen::Index>(i)];
 }
 
-// Of the rows or of the columns, whichever are fewer: its lower half. What five columns or fewer
-// leave of the six by six is as large as all of them together.
-Square6 smaller_gram(const ToolJacobian& jacobian) {
-  Square6 gram = gram_of_rows(jacobian);
-  if (jacobian.count > 5) return gram;
-  const double sum = gram.trace();
-  gram = sum * Square6::Identity();
-  for (std::size_t i = 0; i < jacobian.count; ++i)
-    for (std::size_t k = 0; k <= i; ++k)
-      gram(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) =
-          jacobian.columns[i].dot(jacobian.columns[k]);
-  return gram;
-}
-
-// Where a pose is after a motion along the root's axes.
-FramePose moved(const FramePose& pose, const Motion6& motion) {
-  const Eigen::Vector3d turned = motion.tail<3>();
-  const Eigen::AngleAxisd turn(turned.norm(), turned.normalized());
-  return {turn.toRotationMatrix() * pose.rotation, pose.position + motion.head<3>()};
+// Of the rows or of the columns, whichever are fewer; of no columns the rows', which is zero.
+using Gram = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+Gram smaller_gram(const Columns& columns) {
+  if (columns.cols() == 0 || columns.cols() >= 6) return gram_of_rows(columns);
+  return columns.transpose().lazyProduct(columns);
 }
 
 // The size of a motion [m], a turn by what it moves a point that far from the tool.
@@ -109,36 +82,24 @@ ToolJacobian tool_jacobian(const RobotModel& model, const ModelTool& tool,
                            const FramePoses& poses) {
   ToolJacobian jacobian;
   jacobian.tool = pose_at(tool.place, poses);
-  for (const std::uint8_t f : tool.own) {
-    const ModelFrame& frame = model.frames[f];
-    Motion6& column = jacobian.columns[jacobian.count++];
-    const Eigen::Vector3d axis = poses[f].rotation * frame.axis;
-    if (frame.turns)
-      column << axis.cross(jacobian.tool.position - poses[f].position), axis;
-    else
-      column << axis, Eigen::Vector3d::Zero();
-  }
+  jacobian.columns.resize(6, static_cast<Eigen::Index>(tool.own.size()));
+  for (std::size_t i = 0; i < tool.own.size(); ++i)
+    jacobian.columns.col(static_cast<Eigen::Index>(i)) =
+        motion_with(model.frames[tool.own[i]], poses[tool.own[i]], jacobian.tool.position);
   return jacobian;
-}
-
-Motion6 motion_between(const FramePose& from, const FramePose& to) {
-  const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
-  Motion6 motion;
-  motion << to.position - from.position, turn.angle() * turn.axis();
-  return motion;
 }
 
 Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6& motion,
                    const FramePoses& start, FramePoses& end, Joints& joints, Joints& first_step) {
-  const FramePose target = moved(pose_at(tool.place, start), motion);
+  const Pose target = moved(pose_at(tool.place, start), motion);
   // A long turn bends the way: what one straight step misses, the next makes up for.
   for (int i = 0; i < most_motion_steps; ++i) {
     const ToolJacobian jacobian = tool_jacobian(model, tool, i == 0 ? start : end);
-    const Step step = step_towards(jacobian, motion_between(jacobian.tool, target));
+    const Changes step = step_towards(jacobian.columns, motion_between(jacobian.tool, target));
     take(step, 1.0, model, tool, joints);
     if (i == 0) first_step = joints;
     end.place_chain(model, tool, joints);
-    if (step.largest <= last_step) break;
+    if (largest_of(step) <= last_step) break;
   }
   const double missed = size_of(motion_between(pose_at(tool.place, end), target));
   const double whole = size_of(motion);
@@ -147,7 +108,7 @@ Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6
                "a step of its joints that brings the tool nearer");
 }
 
-Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const FramePose& target,
+Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const Pose& target,
                     FramePoses& poses, Joints& joints, Joints& first_step) {
   Evidence evidence;
   first_step = joints;
@@ -158,23 +119,24 @@ Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const FrameP
     evidence = still_missing("tool position", missing.head<3>().norm(), "m");
     if (evidence.ok()) evidence = still_missing("tool rotation", missing.tail<3>().norm(), "rad");
     if (evidence.ok()) break;
-    const Step step = step_towards(jacobian, missing);
+    const Changes step = step_towards(jacobian.columns, missing);
     if (i == 0) take(step, 1.0, model, tool, first_step);
-    take(step, std::min(1.0, longest_step / step.largest), model, tool, joints);
+    take(step, std::min(1.0, longest_step / largest_of(step)), model, tool, joints);
   }
   return evidence;
 }
 
 double smallest_singular_value(const ToolJacobian& jacobian) {
-  const Eigen::SelfAdjointEigenSolver<Square6> values(smaller_gram(jacobian),
-                                                      Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Gram> values(smaller_gram(jacobian.columns),
+                                                   Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(values.eigenvalues()[0], 0.0));  // which rounding may make negative
 }
 
 bool is_clearly_regular(const ToolJacobian& jacobian, double limit) {
-  const Square6 gram = smaller_gram(jacobian);
+  Gram gram = smaller_gram(jacobian.columns);
   const double least = limit * limit * (1.0 + 1e-6) + 1e-12 * gram.trace();
-  return Factors6(gram - least * Square6::Identity()).definite();
+  gram.diagonal().array() -= least;
+  return std::isfinite(least) && gram.llt().info() == Eigen::Success;  // which NaN would be, too
 }
 
 }  // namespace fairlead

@@ -43,15 +43,19 @@ ModelFrame moving_frame(const ModelPlace& at_zero, const Link& link, JointSet pa
   return frame;
 }
 
+ModelPlace at_origin_of(std::size_t frame) {
+  return {frame, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
+}
+
 void add_frames(RobotModel& model) {
   (void)model.frames.push_back(ModelFrame{});
+  model.places[0] = at_origin_of(0);
   const auto& links = model.limits.kinematics.links;
   for (std::size_t i = 1; i < links.size(); ++i) {
     const ModelPlace place = compose(model.places[links[i].parent], links[i]);
     model.places[i] = place;
     if (links[i].motion == LinkMotion::fixed) continue;
-    model.places[i] = ModelPlace{};
-    model.places[i].frame = model.frames.size();
+    model.places[i] = at_origin_of(model.frames.size());
     model.frames[place.frame].children |= FrameSet{1} << model.frames.size();
     (void)model.frames.push_back(moving_frame(place, links[i], model.frames[place.frame].movers));
   }

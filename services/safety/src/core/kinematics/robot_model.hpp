@@ -45,11 +45,12 @@ struct ModelFrame {
   double reach = 0.0;  // of what hangs on it from its origin at most; 1 if it slides
 };
 
-/// Where a link is fixed to a moving one.
+/// Where a link is fixed to a moving one. Nowhere, which every comparison refuses, unless it is one
+/// of the tree's.
 struct ModelPlace {
   std::size_t frame = 0;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Constant(unset);
+  Eigen::Vector3d position = Eigen::Vector3d::Constant(unset);
 };
 
 struct ModelCapsule {
@@ -103,8 +104,8 @@ struct RobotModel {
 
   const Limits& limits;
   double period_s = unset;
-  std::array<ModelPlace, max_links> places;  // by link of the description
-  FixedVec<ModelFrame, max_links> frames;    // parents first; the first is the root
+  std::array<ModelPlace, no_link + 1> places;  // by link of the description
+  FixedVec<ModelFrame, max_links> frames;      // parents first; the first is the root
   FixedVec<ModelCapsule, max_capsules> capsules;
   FixedVec<ModelPair, max_capsule_pairs> pairs;
   FixedVec<ModelName, max_capsule_pairs> pair_names;

@@ -88,10 +88,9 @@ Evidence delta_start(const RowView& view, const Setpoint* acted) {
 // other parts add to it is not this part's: its twist comes on top of theirs.
 Evidence tool_twist_start(const RowView& view, const Setpoint* acted) {
   if (acted != nullptr) return {};
-  const Kinematics& tree = view.limits.kinematics;
-  const std::size_t frame = tree.find(view.now.action->frame_id);
   return step_from(code::start, view,
-                   link_twist(tree, view.state, frame, view.part().tool, &view.part()));
+                   link_twist(view.model, view.state, link_of(view.limits, view.now),
+                              view.part().tool, &view.part()));
 }
 
 Evidence body_twist_start(const RowView& view, const Setpoint* acted) {
@@ -114,10 +113,9 @@ constexpr double norm_tolerance = 1e-6;
 
 Evidence step_from(std::uint32_t code, const RowView& view, const Pose& before) {
   const PoseLimits& mode = view.modes.cartesian_pose;
-  const Pose now = pose_of(view.now);
-  return both_at_most(
-      code, {(now.position - before.position).norm(), angle_between(now.rotation, before.rotation)},
-      {mode.linear_step_limit, mode.angular_step_limit}, of_a_motion, mode.source);
+  const Motion6 step = motion_between(before, pose_of(view.now));
+  return both_at_most(code, {step.head<3>().norm(), step.tail<3>().norm()},
+                      {mode.linear_step_limit, mode.angular_step_limit}, of_a_motion, mode.source);
 }
 
 }  // namespace
@@ -130,16 +128,16 @@ Evidence pose_absolute(const RowView& view) {
         in_range(axes[i], view.now[i], mode.lower[i], mode.upper[i], "m", mode.source);
     if (!evidence.ok()) return evidence;
   }
-  const double norm = pose_of(view.now).rotation.norm();
+  const double norm = Eigen::Vector4d(view.now[3], view.now[4], view.now[5], view.now[6]).norm();
   return in_range("quaternion norm", norm, 1.0 - norm_tolerance, 1.0 + norm_tolerance, "1",
                   mode.source);
 }
 
 // Like a joint target, a pose starts where the tool is measured to be, also while rows act.
 Evidence pose_start(const RowView& view, const Setpoint*) {
-  const Kinematics& tree = view.limits.kinematics;
-  const std::size_t frame = tree.find(view.now.action->frame_id);
-  return step_from(code::start, view, link_pose(tree, view.state, frame, view.part().tool));
+  return step_from(code::start, view,
+                   link_pose(view.model, {view.model, view.state.positions},
+                             link_of(view.limits, view.now), view.part().tool));
 }
 
 Evidence pose_step(std::uint32_t code, const RowView& view, const Setpoint& before) {

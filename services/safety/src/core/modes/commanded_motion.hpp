@@ -20,25 +20,25 @@ inline bool is_tool_motion(std::uint8_t mode) {
          mode == static_cast<std::uint8_t>(Mode::cartesian_twist);
 }
 
-/// How far a row of a delta or a twist commands a tool in its tick [m, rad].
-inline Twist tick_motion(const Setpoint& row, double period_s) {
-  Twist motion = halves(row);
-  if (row.action->mode == static_cast<std::uint8_t>(Mode::cartesian_delta)) return motion;
-  motion.linear *= period_s;
-  motion.angular *= period_s;
+/// The link in whose frame a row has its numbers.
+inline std::size_t link_of(const Limits& limits, const Setpoint& row) {
+  return limits.kinematics.find(row.action->frame_id);
+}
+
+/// How far a row of a delta or a twist commands a tool in its tick.
+inline Motion6 tick_motion(const RobotModel& model, const FramePoses& poses, const Setpoint& row) {
+  const bool per_tick = row.action->mode == static_cast<std::uint8_t>(Mode::cartesian_delta);
+  const double share = per_tick ? 1.0 : model.period_s;
+  const Twist commanded = halves(row);
+  const Eigen::Matrix3d axes = pose_at(model.places[link_of(model.limits, row)], poses).rotation;
+  Motion6 motion;
+  motion << axes * (share * commanded.linear), axes * (share * commanded.angular);
   return motion;
 }
 
-/// A pose after a motion along some axes; `axes` turns those into the pose's own frame of
-/// reference.
-inline Pose moved(const Pose& pose, const Eigen::Quaterniond& axes, const Twist& motion) {
-  const Eigen::Vector3d turned = axes * motion.angular;
-  const Eigen::AngleAxisd turn(turned.norm(), turned.normalized());
-  return {pose.position + axes * motion.linear, turn * pose.rotation};
-}
-
 inline Pose pose_of(const Setpoint& row) {
-  return {{row[0], row[1], row[2]}, Eigen::Quaterniond(row[6], row[3], row[4], row[5])};
+  const Eigen::Quaterniond rotation(row[6], row[3], row[4], row[5]);
+  return {rotation.normalized().toRotationMatrix(), {row[0], row[1], row[2]}};
 }
 
 /// What a row of joint_velocity makes of one joint [rad/s, m/s]. The two slides of a base whose

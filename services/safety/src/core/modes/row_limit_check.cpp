@@ -112,11 +112,12 @@ Evidence check_step(const RowView& view) {
 }
 
 Evidence RowLimitCheck::check(std::size_t row) const {
+  const Limits& limits = model.limits;
   const bool is_first = row == first_row;
   const auto each_part = [&](const auto& rule) -> Evidence {
     for (const ActionPart& action : chunk.parts) {
       const Setpoint previous = is_first ? Setpoint{} : row_of(action, row - 1, limits);
-      const RowView view{limits, claim.modes[action.part], state, row_of(action, row, limits),
+      const RowView view{model, claim.modes[action.part], state, row_of(action, row, limits),
                          previous};
       const Evidence evidence = rule(view);
       if (!evidence.ok()) return at(evidence, static_cast<std::int64_t>(row), view.part().name);
@@ -132,6 +133,7 @@ Evidence RowLimitCheck::check(std::size_t row) const {
 }
 
 Evidence RowLimitCheck::check_left_out_parts() const {
+  const Limits& limits = model.limits;
   for (const std::size_t part : claim.parts) {
     if (command_of(part, {&chunk, first_row}, limits).action != nullptr) continue;
     const Evidence evidence = check_switch(limits, state, claim, before, part, Setpoint{});

@@ -73,7 +73,7 @@ Evidence scalar_step(std::uint32_t code, const RowView& view, const Setpoint& be
 
 /// Everything must outlive it.
 struct RowLimitCheck {
-  const Limits& limits;
+  const RobotModel& model;
   const ClaimLimits& claim;
   const MeasuredState& state;
   const ActionChunk& chunk;

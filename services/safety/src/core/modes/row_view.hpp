@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/chunk/judgement.hpp"
+#include "core/kinematics/robot_model.hpp"
 #include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
@@ -35,11 +36,12 @@ inline Setpoint command_of(std::size_t part, const RowBefore& row, const Limits&
 }
 
 struct RowView {
-  const Limits& limits;
+  const RobotModel& model;
   const ModeLimits& modes;  // the claim's own
   const MeasuredState& state;
   Setpoint now;
   Setpoint previous;  // the row before it in its chunk; of no action for the first live row
+  const Limits& limits = model.limits;
 
   [[nodiscard]] const PartLimits& part() const { return limits.parts[now.action->part]; }
   [[nodiscard]] std::uint8_t mode() const { return now.action->mode; }

@@ -43,7 +43,7 @@ Evidence MotionMonitor::check_part(std::size_t part, const MeasuredState& before
   if (previous.action != nullptr && (previous.action->mode != row.action->mode ||
                                      !(previous.action->frame_id == row.action->frame_id)))
     previous = Setpoint{};
-  const MotionView view{limits_,
+  const MotionView view{model_,
                         claim->limits.modes[part],
                         before,
                         now,

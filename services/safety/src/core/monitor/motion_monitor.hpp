@@ -10,8 +10,8 @@ namespace fairlead {
 
 class MotionMonitor {
  public:
-  /// `limits` must outlive the monitor.
-  explicit MotionMonitor(const Limits& limits) : limits_(limits) {}
+  /// `model` must outlive the monitor.
+  explicit MotionMonitor(const RobotModel& model) : model_(model), limits_(model.limits) {}
 
   /// Arming forgets all states and rows before.
   void begin();
@@ -22,6 +22,7 @@ class MotionMonitor {
   Evidence check_part(std::size_t part, const MeasuredState& before, const MeasuredState& now,
                       const ClaimTable& claims);
 
+  const RobotModel& model_;
   const Limits& limits_;
   bool knows_before_ = false;  // the newest state may be compared with the next
   StuckWatch stuck_;

@@ -4,14 +4,6 @@
 #include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {
-namespace {
-
-Eigen::Vector3d rotation_vector(const Eigen::Quaterniond& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
-}
-
-}  // namespace
 
 double change_of(const MotionView& view, std::size_t joint) {
   return measured_change(view.limits.joints[joint], view.before.positions[joint],
@@ -19,15 +11,13 @@ double change_of(const MotionView& view, std::size_t joint) {
 }
 
 Twist tool_displacement(const MotionView& view) {
-  const Kinematics& tree = view.limits.kinematics;
-  const std::size_t frame = tree.find(view.now.action->frame_id);
-  MeasuredState own = view.before;
-  for (const std::size_t j : view.part().joints) own.positions[j] = view.state.positions[j];
-  const Pose from = link_pose(tree, view.before, 0, view.part().tool);
-  const Pose to = link_pose(tree, own, 0, view.part().tool);
-  const Eigen::Quaterniond to_frame = link_pose(tree, view.before, 0, frame).rotation.conjugate();
-  return {to_frame * (to.position - from.position),
-          to_frame * rotation_vector(to.rotation * from.rotation.conjugate())};
+  Joints own = view.before.positions;
+  for (const std::size_t j : view.part().joints) own[j] = view.state.positions[j];
+  const FramePoses before(view.model, view.before.positions), after(view.model, own);
+  const ModelPlace& tool = view.model.places[view.part().tool];
+  const ModelPlace& frame = view.model.places[link_of(view.limits, view.now)];
+  return along(pose_at(frame, before).rotation,
+               motion_between(pose_at(tool, before), pose_at(tool, after)));
 }
 
 bool base_displacement(const MotionView& view, Twist& displacement) {
@@ -37,12 +27,10 @@ bool base_displacement(const MotionView& view, Twist& displacement) {
 }
 
 PoseError pose_error(const MotionView& view) {
-  const Kinematics& tree = view.limits.kinematics;
-  const std::size_t frame = tree.find(view.now.action->frame_id);
-  const Pose measured = link_pose(tree, view.state, frame, view.part().tool);
-  const Pose commanded = pose_of(view.now);
-  return {(measured.position - commanded.position).norm(),
-          angle_between(measured.rotation, commanded.rotation)};
+  const Pose measured = link_pose(view.model, {view.model, view.state.positions},
+                                  link_of(view.limits, view.now), view.part().tool);
+  const Motion6 off = motion_between(measured, pose_of(view.now));
+  return {off.head<3>().norm(), off.tail<3>().norm()};
 }
 
 }  // namespace fairlead

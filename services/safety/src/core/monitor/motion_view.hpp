@@ -8,13 +8,14 @@
 namespace fairlead {
 
 struct MotionView {
-  const Limits& limits;
+  const RobotModel& model;
   const ModeLimits& modes;      // the claim's own
   const MeasuredState& before;  // when the row began
   const MeasuredState& state;   // the newest
   bool consecutive = false;     // the two are of consecutive ticks
   Setpoint now;                 // the row that acted between the two
   Setpoint previous;            // the one of the tick before; of no action: the part held in it
+  const Limits& limits = model.limits;
 
   [[nodiscard]] const PartLimits& part() const { return limits.parts[now.action->part]; }
   [[nodiscard]] std::uint8_t mode() const { return now.action->mode; }

@@ -85,9 +85,8 @@ bool measure_base(const MotionView& view, Motions& measured) {
 }
 
 void measure_tool(const MotionView& view, Motions& measured) {
-  const Kinematics& tree = view.limits.kinematics;
-  const std::size_t frame = tree.find(view.now.action->frame_id);
-  measured.before = link_twist(tree, view.before, frame, view.part().tool, &view.part());
+  measured.before = link_twist(view.model, view.before, link_of(view.limits, view.now),
+                               view.part().tool, &view.part());
   measured.during = tool_displacement(view);
   const bool per_tick = view.mode() == static_cast<std::uint8_t>(Mode::cartesian_delta);
   if (per_tick) {

@@ -76,7 +76,7 @@ Evidence ActingRows::check_running_rows() const {
     const RowBefore row = claim.plan.row_of(next);
     if (row.chunk == nullptr) continue;
     const Evidence evidence =
-        check_running(limits_, claim.limits, hal_.state(), *row.chunk, row.row);
+        check_running(model_, claim.limits, hal_.state(), *row.chunk, row.row);
     if (!evidence.ok()) return evidence;
   }
   return {};

@@ -12,9 +12,9 @@ namespace fairlead {
 class ActingRows {
  public:
   /// All must outlive it.
-  ActingRows(const Limits& limits, const HalLink& hal, const ClaimTable& claims,
+  ActingRows(const RobotModel& model, const HalLink& hal, const ClaimTable& claims,
              const PartHistory& history)
-      : limits_(limits), hal_(hal), claims_(claims), history_(history) {}
+      : model_(model), hal_(hal), claims_(claims), history_(history) {}
 
   /// The first tick a row can still be for: in lockstep the robot waits in the newest one. After
   /// the last tick there is none, and G007 lets no row be for that one.
@@ -51,7 +51,7 @@ class ActingRows {
  private:
   [[nodiscard]] Companion companion_of(const LiveClaim& other) const;
 
-  const Limits& limits_;
+  const RobotModel& model_;
   const HalLink& hal_;
   const ClaimTable& claims_;
   const PartHistory& history_;

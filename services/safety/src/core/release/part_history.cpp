@@ -91,7 +91,7 @@ Switch PartHistory::switched(const MeasuredState& now, const ClaimTable& claims)
 }
 
 Pose PartHistory::tool_of(std::size_t part, const MeasuredState& state) const {
-  return link_pose(limits_.kinematics, state, 0, limits_.parts[part].tool);
+  return pose_at(model_.tools[part].place, {model_, state.positions});
 }
 
 // A controller brings a tool on from where it was when the tick began; where the composite switch
@@ -114,11 +114,7 @@ void PartHistory::note_goal(std::size_t part, const Setpoint& row, Switch switch
                         switched != Switch::unknown && before.tick + 1 == now.tick;
   if (!is_known) return goal.reset();
   if (switched == Switch::negative) goal = tool_of(part, before);
-  if (!goal) return;
-  const Kinematics& tree = limits_.kinematics;
-  const double period_s = static_cast<double>(limits_.period_ns) * 1e-9;
-  goal = moved(*goal, link_pose(tree, before, 0, tree.find(row.action->frame_id)).rotation,
-               tick_motion(row, period_s));
+  if (goal) goal = moved(*goal, tick_motion(model_, {model_, before.positions}, row));
 }
 
 void PartHistory::forget_held(const MeasuredState& now) {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/kinematics/pose.hpp"
+#include "core/kinematics/robot_model.hpp"
 #include "fairlead_safety/limits.hpp"
 #include "fairlead_safety/messages.hpp"
 
@@ -114,8 +115,8 @@ using PartMemories = std::array<PartMemory, max_parts>;
 
 class PartHistory {
  public:
-  /// `limits` must outlive the history.
-  explicit PartHistory(const Limits& limits) : limits_(limits) {}
+  /// `model` must outlive the history.
+  explicit PartHistory(const RobotModel& model) : model_(model), limits_(model.limits) {}
 
   /// Arming in `state`: nothing is known of what happened before.
   void begin(const MeasuredState& state);
@@ -150,6 +151,7 @@ class PartHistory {
   void note_goal(std::size_t part, const Setpoint& row, Switch switched,
                  const MeasuredState& before, const MeasuredState& now);
 
+  const RobotModel& model_;
   const Limits& limits_;
   PartMemories memories_;
   std::uint64_t seen_tick_ = 0;  // of the state before the newest, 0: none

@@ -2,9 +2,6 @@
 // collision checking (Schwarzer, Saha, Latombe, 2005).
 #pragma once
 
-#include <algorithm>
-#include <span>
-
 #include "core/geometry/shape_check.hpp"
 #include "core/geometry/zones.hpp"
 #include "core/trajectory/braking.hpp"
@@ -19,19 +16,16 @@ struct WayPoint {
   double clear = 0.0;
 };
 
-/// All joints, `count` of them, go straight from one configuration to another: a row, or from where
-/// one share of the rows leads to where another does.
+/// All joints go straight from one configuration to another: a row, or from where one share of the
+/// rows leads to where another does.
 struct StraightMotion {
   const Joints& from;
   const Joints& to;
-  std::size_t count;
 
   [[nodiscard]] const Joints& start() const { return from; }
   [[nodiscard]] const Joints& end() const { return to; }
   void at(double place, Joints& joints) const {
-    const auto first = std::span(from).first(count);
-    std::transform(first.begin(), first.end(), to.begin(), joints.begin(),
-                   [place](double a, double b) { return a + place * (b - a); });
+    for (std::size_t j = 0; j < joints.size(); ++j) joints[j] = from[j] + place * (to[j] - from[j]);
   }
 };
 
@@ -118,6 +112,15 @@ Evidence certify(const Motion& motion, const Constraint& constraint, double clea
                  double clear_at_end) {
   return certify(motion, constraint, WayPoint{0.0, motion.start(), clear_at_start},
                  WayPoint{1.0, motion.end(), clear_at_end});
+}
+
+/// The same, with a look at its end, unless its start is clear by all of it.
+template <class Motion, class Constraint>
+Evidence certify_to_end(const Motion& motion, const Constraint& constraint, double clear_at_start) {
+  if (clear_at_start >= 1.0) return {};
+  double clear_at_end = unset;
+  const Evidence evidence = constraint.query(motion.end(), 1.0, clear_at_end);
+  return evidence.ok() ? certify(motion, constraint, clear_at_start, clear_at_end) : evidence;
 }
 
 }  // namespace fairlead

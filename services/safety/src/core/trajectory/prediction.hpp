@@ -168,7 +168,6 @@ class Prediction {
   Evidence apply(const Command& command, std::size_t branch);
   void apply_targets(const Command& command, Branch& branch);
   void apply_velocities(const Command& command, std::size_t index);
-  [[nodiscard]] bool stays(const Motion6& told) const;
   Evidence apply_tool_motion(const Command& command, std::size_t index);
   Evidence apply_pose(const Command& command, Branch& branch);
   Evidence solve_pose(const Command& command, Branch& branch, Joints& first_step) const;

@@ -138,9 +138,7 @@ void Prediction::note_left(const PartMemories* memories) {
     if (memories == nullptr || !model_.tools[i].present) continue;
     const std::optional<Pose>& goal = (*memories)[i].goal;
     left.setConstant(unset);
-    if (!goal) continue;
-    const FramePose told{goal->rotation.toRotationMatrix(), goal->position};
-    left = motion_between(pose_at(model_.tools[i].place, measured_.poses_now()), told);
+    if (goal) left = motion_between(pose_at(model_.tools[i].place, measured_.poses_now()), *goal);
   }
 }
 

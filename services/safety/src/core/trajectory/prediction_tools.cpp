@@ -48,22 +48,11 @@ bool Prediction::goals_add_up(const RowBefore& own, bool before) const {
   return false;
 }
 
-// A tool that is told to stay, does; least squares and rounding would make 1e-17 rad of that. Not
-// so in the first row: there the least motion decides whether what is measured of a joint counts as
-// its speed, and what is computed with care is not to be passed over.
-bool Prediction::stays(const Motion6& told) const {
-  return steps_ != 1 && (told.array() == 0.0).all();
-}
-
 // From the configuration before the row, whatever other parts do in it.
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
   const auto& joints = model_.limits.parts[command.action.part].joints;
-  const Twist told = tick_motion(command.row, model_.period_s);
-  const Eigen::Matrix3d axes =
-      link_pose(model_, command.action.frame_id, branch.poses_before()).rotation;
-  Motion6 asked;
-  asked << axes * told.linear, axes * told.angular;
+  Motion6 asked = tick_motion(model_, branch.poses_before(), command.row);
   Motion6& left = branch.left[command.action.part];
   if (goals_add_up_) {
     if (left.hasNaN()) {
@@ -75,10 +64,6 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
   const double share = gain(command, index);
   const Motion6 motion = share * asked;
   left = asked - motion;
-  if (stays(motion)) {
-    for (const std::size_t j : joints) branch.speed[j] = 0.0;
-    return {};
-  }
   Joints after = branch.before;
   Joints first_step;
   const Evidence evidence = move_tool(model_, model_.tools[command.action.part], motion,
@@ -120,11 +105,10 @@ Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
 // From where the other parts of the row carry its own.
 Evidence Prediction::solve_pose(const Command& command, Branch& branch, Joints& first_step) const {
   branch.poses_now().place(model_, branch.now);
-  const FramePose frame = link_pose(model_, command.action.frame_id, branch.poses_now());
-  const Setpoint& row = command.row;
-  const Eigen::Quaterniond told(row[6], row[3], row[4], row[5]);
-  const FramePose target{frame.rotation * told.normalized().toRotationMatrix(),
-                         point_in_root(frame, {row[0], row[1], row[2]})};
+  const Pose frame =
+      pose_at(model_.places[link_of(model_.limits, command.row)], branch.poses_now());
+  const Pose told = pose_of(command.row);
+  const Pose target{frame.rotation * told.rotation, point_in_root(frame, told.position)};
   return reach_pose(model_, model_.tools[command.action.part], target, branch.poses_now(),
                     branch.now, first_step);
 }

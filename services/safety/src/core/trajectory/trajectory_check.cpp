@@ -200,33 +200,33 @@ Evidence TrajectoryCheck::check_between_shares() {
 // Where the row leads, and where braking from there ends.
 Evidence TrajectoryCheck::check_between(std::size_t one, std::size_t other) {
   const Branch &from = prediction_.branch(one), &to = prediction_.branch(other);
-  const Braking first = braking_of(from), second = braking_of(to);
   const Evidence evidence =
-      certify_between(from, from.now, to.now, &clearances_[one], &clearances_[other]);
-  return evidence.ok() ? certify_between(from, first.end(), second.end(), nullptr, nullptr)
-                       : evidence;
+      certify_between(from, {from.now, to.now}, &clearances_[one], &clearances_[other]);
+  if (!evidence.ok()) return evidence;
+  const Braking first = braking_of(from), second = braking_of(to);
+  return certify_between(from, {first.end(), second.end()}, nullptr, nullptr);
 }
 
-Evidence TrajectoryCheck::certify_between(const Branch& one, const Joints& from, const Joints& to,
+Evidence TrajectoryCheck::certify_between(const Branch& one, const StraightMotion& motion,
                                           const Clearance* at_start, const Clearance* at_end) {
-  const DisplacementBound bound(model_, from, to);
+  const DisplacementBound bound(model_, motion.from, motion.to);
   const auto clear_by = [&](const Clearance* at) {
     return at == nullptr ? 0.0 : shape_check_.clear_fraction_of(*at, bound);
   };
   Evidence evidence;
   if (!shape_check_.has_nothing())
-    evidence =
-        certify(straight(from, to),
-                ShapeConstraint{model_, shape_check_, one.poses_before(), bound, between_, budget_},
-                clear_by(at_start), clear_by(at_end));
-  if (!evidence.ok() || (prediction_.commanded() & model_.base_joints) == 0) return evidence;
-  const double way = base_way(model_, from, to);
-  return certify(straight(from, to), ZoneConstraint{model_, one.before, way, base_off_, budget_},
-                 0.0, 0.0);
+    evidence = certify(motion, shapes(one, bound, between_), clear_by(at_start), clear_by(at_end));
+  if (!evidence.ok() || !commands_base()) return evidence;
+  return certify(motion, zones(one, base_way(model_, motion.from, motion.to)), 0.0, 0.0);
 }
 
-StraightMotion TrajectoryCheck::straight(const Joints& from, const Joints& to) const {
-  return {from, to, model_.limits.measured_count()};
+ShapeConstraint TrajectoryCheck::shapes(const Branch& branch, const DisplacementBound& bound,
+                                        FramePoses& room) {
+  return {model_, shape_check_, branch.poses_before(), bound, room, budget_};
+}
+
+ZoneConstraint TrajectoryCheck::zones(const Branch& branch, double way) {
+  return {model_, branch.before, way, base_off_, budget_};
 }
 
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
@@ -236,21 +236,15 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
       stop(model_, branch.now, braking.end());
   const double clear_before = shape_check_.clear_fraction_of(clearance, row);
   Evidence evidence = budget_.take();
+  if (evidence.ok())
+    evidence = shape_check_.check(branch.poses_now(), branch.poses_before(),
+                                  DisplacementBound(row, stop), clearance);
   if (!evidence.ok()) return evidence;
-  evidence = shape_check_.check(branch.poses_now(), branch.poses_before(),
-                                DisplacementBound(row, stop), clearance);
+  evidence = certify(StraightMotion{branch.before, branch.now}, shapes(branch, row, between_),
+                     clear_before, shape_check_.clear_fraction_of(clearance, row));
   if (!evidence.ok()) return evidence;
-  const auto shapes = [&](const DisplacementBound& bound, FramePoses& poses) {
-    return ShapeConstraint{model_, shape_check_, branch.poses_before(), bound, poses, budget_};
-  };
-  evidence = certify(straight(branch.before, branch.now), shapes(row, between_), clear_before,
-                     shape_check_.clear_fraction_of(clearance, row));
-  const double clear = shape_check_.clear_fraction_of(clearance, stop);
-  if (!evidence.ok() || clear >= 1.0) return evidence;
-  double clear_at_rest = unset;
-  evidence = shapes(stop, rest_).query(braking.end(), 1.0, clear_at_rest);
-  if (!evidence.ok()) return evidence;
-  return certify(braking, shapes(stop, between_), clear, clear_at_rest);
+  return certify_to_end(braking, shapes(branch, stop, rest_),
+                        shape_check_.clear_fraction_of(clearance, stop));
 }
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
@@ -268,24 +262,17 @@ Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Brakin
 }
 
 Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braking) {
-  if ((prediction_.commanded() & model_.base_joints) == 0) return {};
+  if (!commands_base()) return {};
   const double row = base_way(model_, branch.before, branch.now);
-  const double stop = base_way(model_, branch.now, braking.end());
-  double margin = unset, rest_margin = unset;
-  const auto zones = [&](double way) {
-    return ZoneConstraint{model_, branch.before, way, base_off_, budget_};
-  };
+  double margin = unset;
   Evidence evidence = budget_.take();
   if (evidence.ok()) evidence = check_base(model_, branch.now, branch.before, base_off_, margin);
-  if (evidence.ok()) evidence = budget_.take();
-  if (evidence.ok())
-    evidence = check_base(model_, braking.end(), branch.before, base_off_, rest_margin);
   if (!evidence.ok()) return evidence;
-  evidence =
-      certify(straight(branch.before, branch.now), zones(row), 0.0, clear_fraction(margin, row));
+  evidence = certify(StraightMotion{branch.before, branch.now}, zones(branch, row), 0.0,
+                     clear_fraction(margin, row));
   if (!evidence.ok()) return evidence;
-  return certify(braking, zones(stop), clear_fraction(margin, stop),
-                 clear_fraction(rest_margin, stop));
+  const double stop = base_way(model_, branch.now, braking.end());
+  return certify_to_end(braking, zones(branch, stop), clear_fraction(margin, stop));
 }
 
 }  // namespace fairlead

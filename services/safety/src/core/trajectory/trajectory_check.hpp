@@ -26,8 +26,13 @@ class TrajectoryCheck {
   Evidence check_row(const Branch& branch, Clearance& clearance);
   Evidence check_between_shares();
   Evidence check_between(std::size_t one, std::size_t other);
-  Evidence certify_between(const Branch& one, const Joints& from, const Joints& to,
+  Evidence certify_between(const Branch& one, const StraightMotion& motion,
                            const Clearance* at_start, const Clearance* at_end);
+  ShapeConstraint shapes(const Branch& branch, const DisplacementBound& bound, FramePoses& room);
+  ZoneConstraint zones(const Branch& branch, double way);
+  [[nodiscard]] bool commands_base() const {
+    return (prediction_.commanded() & model_.base_joints) != 0;
+  }
   Evidence check_body(const Branch& branch, const Braking& braking, const Interval& interval,
                       Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
@@ -39,7 +44,6 @@ class TrajectoryCheck {
   void raise_by_other_stops(const Branch& least, const Branch& most, Joints& off) const;
   [[nodiscard]] Evidence check_other_speeds() const;
   [[nodiscard]] Braking braking_of(const Branch& branch) const;
-  [[nodiscard]] StraightMotion straight(const Joints& from, const Joints& to) const;
   Evidence check_zones(const Branch& branch, const Braking& braking);
 
   const RobotModel& model_;
