@@ -135,8 +135,10 @@ def deployment_path(wanted: str) -> Path:
     named = files.get(wanted.removesuffix(".yaml"))
     if "/" not in wanted and named is not None:
         return named
+    there = Path(wanted).exists() or Path(wanted).is_symlink()
+    none = "no file that can be read" if there else "no such file"  # a folder, a ring of links
     raise ConfigError(
-        f"deployment {wanted!r}: no such file, and none of that name in {repo_root() / 'compose'} "
+        f"deployment {wanted!r}: {none}, and none of that name in {repo_root() / 'compose'} "
         f"(valid: {', '.join(deployment_names()) or 'none'}, or a path)"
     )
 
