@@ -45,7 +45,10 @@ def changed(file: Path, **changes: object) -> Deployment:
         (["operator"], "people: operator: tools have this name; give another one"),
         (["router"], "people: router: the router itself has this name; give another one"),
         (["ada.l"], "people: 'ada.l': expected a name of a-z 0-9 _ -"),
-        (["a" * 60], f"people: {'a' * 60}: fl/certified/{'a' * 60} is longer than the 64 signs that"),
+        (
+            ["a" * 60],
+            f"people: {'a' * 60}: fl/certified/{'a' * 60} is longer than the 64 signs that",
+        ),
     ],
 )
 def test_a_name_that_is_another_s_or_none_is_refused(

@@ -93,9 +93,7 @@ def people_problems(
     return problems
 
 
-def place_of(
-    name: str, services: Collection[str], people: Collection[str], localiser: str
-) -> str:
+def place_of(name: str, services: Collection[str], people: Collection[str], localiser: str) -> str:
     """Where a deployment file has a name; the robot's where it has none of its own."""
     if name in people:
         return f"people: {name}"

@@ -140,7 +140,6 @@ def _teacher(expert: str | None, beta: float, noise: float, deployed: bool) -> T
     Raises:
         ConfigError: they do not go together.
     """
-    from fairlead_tools.learn.dataset import Header
     from fairlead_tools.learn.record import Teacher
 
     if beta != 1.0 and expert is None:

@@ -43,7 +43,9 @@ def read_urdf(path: Path) -> ET.Element:
 
 
 def _check_tree(who: str, root: ET.Element) -> None:
-    names = {kind: [one.get("name", "") for one in root.findall(kind)] for kind in ("link", "joint")}
+    names = {
+        kind: [one.get("name", "") for one in root.findall(kind)] for kind in ("link", "joint")
+    }
     for kind, given in names.items():
         for name, times in Counter(given).items():
             if not name:

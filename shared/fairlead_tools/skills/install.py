@@ -17,10 +17,10 @@ from fairlead.skill.python_policy import BACKEND, check_python_policy
 from fairlead.yaml_file import locator
 
 
-def install_problems(folder: Path, skill: SkillManifest, found: Sequence[str]) -> list[str]:
+def install_problems(folder: Path, skill: SkillManifest, known: Sequence[str]) -> list[str]:
     """Every reason against installing a skill, for each robot it says it was made for.
 
-    found: those that the caller knows of its policy.
+    known: those against its policy that the caller knows of.
     """
     problems = []
     for robot in skill.embodiments:
@@ -29,7 +29,7 @@ def install_problems(folder: Path, skill: SkillManifest, found: Sequence[str]) -
         except ConfigError as error:
             found = [str(error)]
         problems += [f"on {robot}: {problem}" for problem in found]
-    return problems + (list(found) or python_problems(folder, skill))
+    return problems + (list(known) or python_problems(folder, skill))
 
 
 def python_problems(folder: Path, skill: SkillManifest) -> list[str]:
