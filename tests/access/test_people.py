@@ -62,7 +62,9 @@ def test_on_one_host_nothing_proves_a_person(file: Path) -> None:
     content = yaml.safe_load(ONE_HOST.read_text(encoding="utf-8")) | {"people": PEOPLE}
     with pytest.raises(ValidationError, match="certificates prove them, which are for hosts and a"):
         Deployment.model_validate(content)
-    assert changed(file, access="open").parties.people == ()
+    opened = changed(file, access="open")
+    assert opened.parties.people == ()
+    assert opened.open_access.endswith("may move the robot; no certificate proves its people")
 
 
 def test_commands_are_a_persons_and_all_else_stays_the_tools(file: Path) -> None:
