@@ -131,8 +131,8 @@ class Deployment(BaseModel):
         """A warning where whoever reaches a port may do anything; else ""."""
         if self.access == "closed":
             return ""
-        people = "; no certificate proves its people" if self.people else ""
-        return f"access is open, as its file says: whoever reaches a port may move the robot{people}"
+        said = "access is open, as its file says: whoever reaches a port may move the robot"
+        return said + "; no certificate proves its people" * bool(self.people)
 
     @property
     def parties(self) -> Parties:
