@@ -27,6 +27,10 @@ def nowhere(place: Place) -> str:
     return ""
 
 
+_KINDS = dict.fromkeys(("list_type", "tuple_type"), "a list")
+_KINDS |= dict.fromkeys(("dict_type", "model_type"), "`key: value` lines") | {"string_type": "text"}
+"""What pydantic asks for, in the words of a file; other kinds of Python's it calls by these too."""
+
 _SCALARS = (str, int, float, type(None))
 """What an error repeats; a whole block would not help."""
 
@@ -145,6 +149,14 @@ def _problems(item: ErrorDetails, model: type[BaseModel]) -> list[tuple[Place, s
         return [(place, "is missing")]
     if item["type"] == "value_error":  # one of our validators, which says what it got
         return [(place, text) for text in item["msg"].removeprefix("Value error, ").splitlines()]
+    if kind := _KINDS.get(item["type"]):
+        python = type(got).__name__
+        named = repr(got) if isinstance(got, _SCALARS) else _KINDS.get(f"{python}_type", python)
+        return [(place, f"expected {kind}, got {named}")]
+    if item["type"] in ("too_short", "too_long"):  # a list or a block; of a text it is another
+        most, met = item["ctx"].get("max_length"), item["ctx"]["actual_length"]
+        bound = f"at least {item['ctx']['min_length']}" if most is None else f"at most {most}"
+        return [(place, f"expected {bound} item{'s' * (not bound.endswith(' 1'))}, got {met}")]
     return [(place, item["msg"] + (f", got {got!r}" if isinstance(got, _SCALARS) else ""))]
 
 

@@ -23,7 +23,7 @@ _CHUNK = re.compile(r"[a-z0-9][a-z0-9_.\-]{0,63}")
 
 def check_name(who: str, name: str) -> str:
     """Return ``name`` if it may be one chunk of a key, else raise `ConfigError`."""
-    if not _CHUNK.fullmatch(name):
+    if not isinstance(name, str) or not _CHUNK.fullmatch(name):
         raise ConfigError(
             expected(who, "1 to 64 of a-z 0-9 _ . - starting with a letter or digit", repr(name))
         )

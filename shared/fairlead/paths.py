@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fairlead.errors import ConfigError
@@ -134,8 +135,10 @@ def deployment_path(wanted: str) -> Path:
     named = files.get(wanted.removesuffix(".yaml"))
     if "/" not in wanted and named is not None:
         return named
+    there = Path(wanted).exists() or Path(wanted).is_symlink()
+    none = "no file that can be read" if there else "no such file"  # a folder, a ring of links
     raise ConfigError(
-        f"deployment {wanted!r}: no such file, and none of that name in {repo_root() / 'compose'} "
+        f"deployment {wanted!r}: {none}, and none of that name in {repo_root() / 'compose'} "
         f"(valid: {', '.join(deployment_names()) or 'none'}, or a path)"
     )
 
@@ -195,6 +198,22 @@ def _built(program: str) -> Path:
 def runtime_lock() -> Path:
     """The lock file of every package fairlead runs on, robosuite included."""
     return repo_root() / "requirements-run.lock"
+
+
+@contextmanager
+def written(file: Path, draft: Path) -> Iterator[None]:
+    """Have what keeps a file from being written name it, as no full disk does; no half is left.
+
+    draft: what is written first, to take the file's place: the file itself where there is none.
+    """
+    try:
+        yield
+    except OSError as error:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        if error.filename is None:
+            error.filename = str(file)
+        raise
 
 
 def _is_tree(folder: Path) -> bool:

@@ -170,7 +170,7 @@ def _check_aliases(path: Path, root: yaml.Node | None) -> None:
     count, depth = (0, 0) if root is None else measure(root)
     if count > _MOST_NODES or depth > _DEEPEST:
         raise ConfigError(
-            f"{path}: not valid YAML: expected aliases that stand for at most {_MOST_NODES} items, "
+            f"{path}: not valid YAML: expected at most {_MOST_NODES} items, also behind aliases, "
             f"{_DEEPEST} within each other, got {count} and {depth}"
         )
 

@@ -42,9 +42,13 @@ def changed(file: Path, **changes: object) -> Deployment:
         (["ada", "ada"], "people: ada: another has this name; each person needs an own one"),
         (["gpu"], "people: gpu: another has this name"),
         (["runner"], "people: runner: another has this name"),
-        (["operator"], "people: tools have this name"),
+        (["operator"], "people: operator: tools have this name; give another one"),
+        (["router"], "people: router: the router itself has this name; give another one"),
         (["ada.l"], "people: 'ada.l': expected a name of a-z 0-9 _ -"),
-        (["a" * 60], "longer than the 64 signs that a certificate can name"),
+        (
+            ["a" * 60],
+            f"people: {'a' * 60}: fl/certified/{'a' * 60} is longer than the 64 signs that",
+        ),
     ],
 )
 def test_a_name_that_is_another_s_or_none_is_refused(
@@ -58,7 +62,9 @@ def test_on_one_host_nothing_proves_a_person(file: Path) -> None:
     content = yaml.safe_load(ONE_HOST.read_text(encoding="utf-8")) | {"people": PEOPLE}
     with pytest.raises(ValidationError, match="certificates prove them, which are for hosts and a"):
         Deployment.model_validate(content)
-    assert changed(file, access="open").parties.people == ()
+    opened = changed(file, access="open")
+    assert opened.parties.people == ()
+    assert opened.open_access.endswith("may move the robot; no certificate proves its people")
 
 
 def test_commands_are_a_persons_and_all_else_stays_the_tools(file: Path) -> None:

@@ -128,7 +128,7 @@ def test_a_name_that_no_certificate_can_have_is_said_with_the_file(tmp_path: Pat
     content["id"] = "r" * 50
     file = tmp_path / "deployment.yaml"
     file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"fl/r+/state_assembler: longer than the 64 signs"):
+    with pytest.raises(ConfigError, match=r"fl/r+/state_assembler is longer than the 64 signs"):
         load_deployment(file)
     file.write_text(yaml.safe_dump(content | {"access": "open"}), encoding="utf-8")
     assert load_deployment(file).id == content["id"]

@@ -119,3 +119,17 @@ def test_what_does_not_fit_in_a_skill(
     done = fairlead_here("skill", "check", str(folder), state=tmp_path)
     assert done.returncode == 1
     assert f"{position(file, at)}{said}" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "install"])
+def test_what_is_wrong_with_a_policys_options_is_said_once(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path / "skills"))
+    made = fairlead_here("skill", "new", "my-wave", "--robot", "panda", state=tmp_path)
+    assert made.returncode == 0, made.stderr
+    file = tmp_path / "my-wave" / "rskill.yaml"
+    file.write_text(file.read_text().replace("file: policy.py", "file: ../policy.py"))
+    done = fairlead_here("skill", command, "./my-wave", state=tmp_path)
+    assert (done.returncode, (done.stdout + done.stderr).count("file: String should")) == (1, 1)

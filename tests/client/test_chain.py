@@ -98,11 +98,11 @@ def test_whoever_stops_the_robot_ends_the_chain(kind: str) -> None:
         ("goals: [{name: a, skill: s, deadline_ticks: 1}, {name: a, skill: s, deadline_ticks: 1}]\n"
          "most_goals: 1\n", "expected names of their own"),
         ("goals: [{name: a, skill: s, deadline_ticks: 1, on_success: b}]\nmost_goals: 1\n",
-         "goal a: on_success: expected one of next, done, a, got 'b'"),
+         "chain.yaml:1:48: goal 'a': on_success: expected one of next, done, a, got 'b'"),
         ("goals: [{name: a, skill: s, deadline_ticks: 1, on_failure: {stalled: done}}]\n"
-         "most_goals: 1\n", "goal a: on_failure: stalled: expected one of fail, a, got 'done'"),
+         "most_goals: 1\n", "goal 'a': on_failure: stalled: expected one of fail, a, got 'done'"),
         ("goals: [{name: a, skill: s, deadline_ticks: 1, on_failure: {claim_lost: a}}]\n"
-         "most_goals: 1\n", "goal a: on_failure: claim_lost ends the whole chain"),
+         "most_goals: 1\n", "goal 'a': on_failure: claim_lost ends the whole chain"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused_with_the_file(tmp_path: Path, text: str, said: str) -> None:

@@ -158,7 +158,7 @@ def arm_of(limit: str = 'lower="-2" upper="2"', origin: str = "0 0 0.1", size: s
                 '<joint name="f" type="fixed">',
                 '<joint name="j" type="prismatic"><limit lower="0" upper="1" velocity="1"/>',
             ),
-            "ERROR the draft's robot.yaml: ",
+            "robot new: --urdf: arm.urdf: joint 'j' is declared 2 times",
         ),
         (
             arm_of(limit="").replace("revolute", "floating"),

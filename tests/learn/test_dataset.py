@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from fairlead_tools.learn.dataset import (
     require_skill,
     same_kind,
 )
+from tests.cli.command import fairlead_here
 from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
 
 
@@ -171,3 +173,45 @@ def test_a_dataset_that_does_not_say_what_its_numbers_mean_teaches_nothing(tmp_p
     assert len(read_header(tmp_path).episodes) == 1
     with pytest.raises(ConfigError, match="expected one that says what .* record it again"):
         same_kind([tmp_path])
+
+
+@pytest.mark.parametrize(
+    ("arrays", "said"),
+    [
+        ({"states": np.full((12, 30), np.inf)}, "states: expected finite numbers, got inf in"),
+        ({"rows": np.full((12, 12), np.nan, np.float32)}, "rows: expected finite numbers, got nan"),
+        ({"rows": np.array([["x"] * 12] * 12)}, "rows: expected numbers [12, N], got <U1"),
+        ({"acted": np.zeros((12, 2, 2))}, "acted: expected numbers [12, N], got float64 [12, 2"),
+        ({"rows": np.zeros((12, 99), np.float32)},
+         "acted: expected as many numbers as rows, 99, got 12"),
+    ],
+)  # fmt: skip
+def test_numbers_that_are_none_of_an_episode_are_refused_by_file_and_name(
+    arrays: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    folder = drawn_dataset(tmp_path / "d", drawn_episode(0))
+    file = folder / "episode_000000.npz"
+    with np.load(file) as kept:
+        np.savez(file, **{**kept, **arrays})
+    with pytest.raises(ConfigError, match=re.escape(f"dataset: {file}: {said}")):
+        list(episodes(folder))
+
+
+def test_a_recording_that_was_ended_at_once_has_nothing_to_learn_from(tmp_path: Path) -> None:
+    folder = drawn_dataset(tmp_path / "d")
+    words = ("train", str(folder), "--out", str(tmp_path / "mine"))
+    done = fairlead_here(*words, state=tmp_path)
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (
+        1, f"ERROR train: expected episodes in {folder}, got none; see: fairlead dataset show",
+    )  # fmt: skip
+    assert not (tmp_path / "mine").exists()
+
+
+@pytest.mark.parametrize(("field", "wrong"), [("rate_hz", 0), ("ticks", -1)])
+def test_a_dataset_of_no_rate_or_of_fewer_than_no_ticks_is_none(
+    field: str, wrong: int, tmp_path: Path
+) -> None:
+    file = drawn_dataset(tmp_path / "d", drawn_episode(0)) / "dataset.json"
+    file.write_text(re.sub(f'"{field}": [0-9.]+', f'"{field}": {wrong}', file.read_text()))
+    with pytest.raises(ConfigError, match=f"^dataset: {file}: Expected .*{field}"):
+        read_header(tmp_path / "d")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from fairlead_tools.learn.dataset import read_header
+from fairlead_tools.learn import record
+from fairlead_tools.learn.dataset import Episode, read_header
 from tests.cli.command import fairlead, fairlead_here
+from tests.learn.drawn import EXPERT, drawn_episode
 
 SKILL = "oracle-reach-cube"
 
@@ -32,3 +35,20 @@ def test_a_number_of_episodes_or_seeds_must_be_said(tmp_path: Path) -> None:
     assert done.stderr == (
         "ERROR dataset record: expected --episodes N, --seeds FIRST:END or both, got neither\n"
     )
+
+
+def test_ctrl_c_keeps_the_episodes_that_are_whole_and_says_how_many_are_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def two(*_: object) -> Iterator[Episode]:
+        yield drawn_episode(0)
+        yield drawn_episode(1, succeeded=False)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(record, "record", two)
+    out = tmp_path / "out"
+    words = ("dataset", "record", EXPERT.id, "--episodes", "5", "--out", str(out))
+    done = fairlead_here(*words, state=tmp_path)
+    assert (done.returncode, done.stderr) == (130, "interrupted\n")
+    assert done.stdout == f"{out}: 1 of 2 episodes succeeded, 3 not recorded\n"
+    assert len(read_header(out).episodes) == 2

@@ -50,7 +50,7 @@ def test_what_is_wrong_inside_a_list_does_not_make_the_list_too_short(tmp_path: 
     assert "parts.0.modes" in str(error.value)
     assert "at least 1 item" not in str(error.value)
     data["parts"] = []
-    with pytest.raises(ConfigError, match="parts: Tuple should have at least 1 item"):
+    with pytest.raises(ConfigError, match="parts: expected at least 1 item, got 0"):
         load_yaml(write(tmp_path / "robot.yaml", data), RobotManifest)
 
 

@@ -107,6 +107,11 @@ def test_a_deployment_is_found_by_its_path_and_by_its_name(
         "deployment 'compose/one.yaml': no such file, and none of that name in "
         f"{checkout}/compose (valid: one, or a path)"
     )
+    Path("a.yaml").mkdir()
+    Path("b.yaml").symlink_to("b.yaml")
+    for name in ("a.yaml", "b.yaml"):
+        with pytest.raises(ConfigError, match=rf"^deployment '{name}': no file that can be read, "):
+            deployment_path(name)
 
 
 def test_unknown_robot_lists_the_robots(checkout: Path) -> None:

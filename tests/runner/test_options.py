@@ -48,7 +48,7 @@ def test_named_skills_and_policies_are_taken() -> None:
         ({"skill": ORACLE}, "skill: unknown key, did you mean skills? (valid: skills, trace, "
          "policies, servers, added_latency_ms)"),
         ({"skills": []},
-         "skills: Tuple should have at least 1 item after validation, not 0"),
+         "skills: expected at least 1 item, got 0"),
         ({"policies": {"x": {"backend": "oracle"}}, "skills": [ORACLE]},
          "policies: expected one of this runner's skills, got 'x' "
          f"(valid: {ORACLE})"),

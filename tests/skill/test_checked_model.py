@@ -24,6 +24,8 @@ class Room(Closed):
     width_m: float = Field(gt=0)
     lamp: Lamp | None = None
     lamps: tuple[Lamp, ...] = ()
+    size_m: tuple[float, float] = (0.0, 0.0)
+    tags: tuple[str, ...] = Field(default=("x",), min_length=1)
     by_name: dict[str, Annotated[Lamp, "named"]] = Field(default_factory=dict)
 
 
@@ -45,8 +47,8 @@ LAMP_KEYS = "unknown key, did you mean colour? (valid: colour, class)"
     ("data", "text"),
     [
         ({"widht_m": 1}, "widht_m: unknown key, did you mean width_m? "
-         "(valid: width_m, lamp, lamps, by_name)"),
-        ({"zzz": 1}, "zzz: unknown key (valid: width_m, lamp, lamps, by_name)"),
+         "(valid: width_m, lamp, lamps, size_m, tags, by_name)"),
+        ({"zzz": 1}, "zzz: unknown key (valid: width_m, lamp, lamps, size_m, tags, by_name)"),
         ({"lamp": {"color": "red"}}, f"lamp.color: {LAMP_KEYS}"),
         ({"lamps": [{}, {"color": "red"}]}, f"lamps.1.color: {LAMP_KEYS}"),
         ({"by_name": {"desk": {"color": "red"}}}, f"by_name.desk.color: {LAMP_KEYS}"),
@@ -64,7 +66,24 @@ def test_every_problem_has_its_line_and_says_what_came() -> None:
     assert str(caught.value).splitlines() == [
         "room.yaml: 3 problem(s):",
         "  width_m: is missing",
-        "  lamp: Input should be a valid dictionary or instance of Lamp, got 3",
-        "  lamps.0.colour: Input should be a valid string, got 5",
+        "  lamp: expected `key: value` lines, got 3",
+        "  lamps.0.colour: expected text, got 5",
     ]
     assert "width_m: Input should be greater than 0, got -1" in refusal(width_m=-1)
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        ({"lamps": "desk"}, "lamps: expected a list, got 'desk'"),
+        ({"lamps": {"desk": 1}}, "lamps: expected a list, got `key: value` lines"),
+        ({"lamp": []}, "lamp: expected `key: value` lines, got a list"),
+        ({"by_name": [1]}, "by_name: expected `key: value` lines, got a list"),
+        ({"size_m": [1]}, "size_m.1: is missing"),
+        ({"size_m": [1, 2, 3]}, "size_m: expected at most 2 items, got 3"),
+        ({"tags": []}, "tags: expected at least 1 item, got 0"),
+        ({"lamp": {"colour": ["red"]}}, "lamp.colour: expected text, got a list"),
+    ],
+)
+def test_other_kinds_are_said_in_the_words_of_a_file(data: dict[str, object], text: str) -> None:
+    assert refusal(**data) == f"room.yaml: 1 problem(s):\n  {text}"

@@ -102,6 +102,30 @@ def test_a_field_that_does_not_fit_is_named(
     assert re.sub(rf"^  {path}:\d+:\d+: ", "", problem) == text
 
 
+@pytest.mark.parametrize(
+    ("scale", "said"),
+    [
+        (True, "expected a number, got True"),
+        ("0.5", "expected a number, or a list of them, got '0.5'"),
+        ({"x": 1}, "expected a number, or a list of them, got {'x': 1}"),
+        ([1.0, True, 1.0, 1.0, 1.0, 1.0], "expected a number, got True"),
+    ],
+)
+def test_a_scale_is_numbers_and_nothing_that_could_be_one(
+    tmp_path: Path, scale: object, said: str
+) -> None:
+    slots = yaml.safe_load(changed(tmp_path).read_text())["action_contract"]
+    slots["slots"][0]["scale"] = scale
+    with pytest.raises(ConfigError, match=re.escape(said)):
+        load_yaml(changed(tmp_path, action_contract=slots), SkillManifest)
+
+
+@pytest.mark.parametrize("rate_hz", [1e-300, 1e-6, 20.0000001, 1e300])
+def test_a_rate_far_from_the_robots_is_no_fraction_of_it(tmp_path: Path, rate_hz: float) -> None:
+    skill = load_yaml(changed(tmp_path, rate_hz=rate_hz), SkillManifest)
+    assert skill.control_periods(50_000_000) in (None, 1, 20_000_000)
+
+
 def test_a_folder_named_unlike_its_skill_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

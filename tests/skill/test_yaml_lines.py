@@ -79,7 +79,7 @@ def test_aliases_that_stand_for_more_than_can_be_read_or_for_themselves_are_refu
         f"l{n}: &l{n} [{', '.join([f'*l{n - 1}'] * 10 if n else ['1'] * 10)}]\n" for n in range(10)
     )
     tower = "".join(f"l{n}: &l{n} [{f'*l{n - 1}' if n else '1'}]\n" for n in range(200))
-    most = "expected aliases that stand for at most 100000 items, 100 within each other, got "
+    most = "expected at most 100000 items, also behind aliases, 100 within each other, got "
     for text, told in (
         (bomb, most),
         (

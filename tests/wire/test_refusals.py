@@ -54,7 +54,7 @@ def test_an_unknown_type_is_refused_by_its_id() -> None:
 def test_a_field_that_does_not_fit_is_named_by_its_path() -> None:
     fields = msgspec.msgpack.decode(encode(MESSAGES["Done"]))
     text = refused(Done, msgspec.msgpack.encode([*fields[:2], 5]))
-    assert text == "Done: Expected `str`, got `int` - at `$[2]` (4 bytes)"
+    assert text == "Done: Expected `str`, got `int` - at `$.text` (4 bytes)"
 
 
 def test_bytes_behind_the_end_are_refused() -> None:

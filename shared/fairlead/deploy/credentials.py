@@ -23,7 +23,7 @@ from typing import Any
 from fairlead.deploy.access import Secrets
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
-from fairlead.paths import access_variable, user_access_dir
+from fairlead.paths import access_variable, user_access_dir, written
 
 PASSWORDS = "passwords"
 
@@ -104,9 +104,10 @@ def write_private(file: Path, text: str) -> None:
             return
     draft = file.with_name(f".{file.name}.{os.getpid()}")
     draft.unlink(missing_ok=True)
-    with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as out:
-        out.write(text)
-    draft.replace(file)
+    with written(file, draft):
+        with os.fdopen(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as out:
+            out.write(text)
+        draft.replace(file)
 
 
 _MADE_ANEW = "correct it, or delete it: it is made anew when the deployment is started again"

@@ -23,7 +23,9 @@ from fairlead.deploy.hosts import (
     RouterSpec,
     endpoint_of,
     host_problems,
+    long_names,
     people_problems,
+    place_of,
     service_problems,
 )
 from fairlead.deploy.routed_access import client_access
@@ -100,9 +102,7 @@ class Deployment(BaseModel):
             )
         for name, owner in ((OPERATOR, "tools have"), (ROUTER, "the router itself has")):
             if name in (*self.services, *self.people, self.localiser):
-                places = {self.localiser: "localiser", **dict.fromkeys(self.people, "people")}
-                place = places.get(name, f"services.{name}")
-                problems.append(f"{place}: {owner} this name; give the process another one")
+                problems.append(f"{self._place(name)}: {owner} this name; give another one")
         if problems:
             raise ValueError("\n".join(problems))
         return self
@@ -115,12 +115,11 @@ class Deployment(BaseModel):
             return [f"{missing}: missing; hosts and router go together"]
         problems = host_problems(self.hosts, self.router, not self.open_access)
         problems += service_problems(self.services, self.hosts)
-        names = dict.fromkeys(common_name(self.keys, name) for _, name in self.certified)
-        return problems + [
-            f"{name}: longer than the {COMMON_NAME_MAX} signs that a certificate can name"
-            for name in names
-            if len(name) > COMMON_NAME_MAX
-        ]
+        names = {self._place(name): common_name(self.keys, name) for _, name in self.certified}
+        return problems + long_names(names, COMMON_NAME_MAX)
+
+    def _place(self, name: str) -> str:
+        return place_of(name, self.services, self.people, self.localiser)
 
     @property
     def keys(self) -> Keys:
@@ -132,7 +131,8 @@ class Deployment(BaseModel):
         """A warning where whoever reaches a port may do anything; else ""."""
         if self.access == "closed":
             return ""
-        return "access is open, as its file says: whoever reaches a port may move the robot"
+        said = "access is open, as its file says: whoever reaches a port may move the robot"
+        return said + "; no certificate proves its people" * bool(self.people)
 
     @property
     def parties(self) -> Parties:

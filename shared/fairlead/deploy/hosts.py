@@ -93,6 +93,22 @@ def people_problems(
     return problems
 
 
+def place_of(name: str, services: Collection[str], people: Collection[str], localiser: str) -> str:
+    """Where a deployment file has a name; the robot's where it has none of its own."""
+    if name in people:
+        return f"people: {name}"
+    return "localiser" if name == localiser else f"services.{name}" if name in services else "id"
+
+
+def long_names(names: Mapping[str, str], most: int) -> list[str]:
+    """Which names, by place, no certificate can have."""
+    return [
+        f"{place}: {name} is longer than the {most} signs that a certificate can name"
+        for place, name in names.items()
+        if len(name) > most
+    ]
+
+
 def endpoint_of(protocol: str, address: str, port: int) -> str:
     """A Zenoh endpoint; IPv6 addresses get their brackets."""
     return f"{protocol}/[{address}]:{port}" if ":" in address else f"{protocol}/{address}:{port}"

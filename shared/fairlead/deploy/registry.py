@@ -27,7 +27,7 @@ import msgspec
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.process_table import ProcessId
 from fairlead.errors import ServiceError
-from fairlead.paths import user_state_dir
+from fairlead.paths import user_state_dir, written
 
 _LOG = logging.getLogger("registry")
 _SAID: set[Path] = set()
@@ -130,7 +130,9 @@ class Registry:
     def keep_file(self, name: str, file: Path) -> None:
         """Keep a deployment's file as it is now."""
         self._make_folder()
-        self._path(name, "yaml").write_bytes(file.read_bytes())
+        kept = self._path(name, "yaml")
+        with written(kept, kept):
+            kept.write_bytes(file.read_bytes())
 
     def kept_files(self, file: Path) -> list[Path]:
         """Copies of a file as it was when deployments that run were started of it.
@@ -156,11 +158,12 @@ class Registry:
     def _write(self, path: Path, entry: Running) -> None:
         self._make_folder()
         draft = path.with_suffix(".draft")
-        with draft.open("wb") as out:
-            out.write(msgspec.json.format(msgspec.json.encode(entry)))
-            out.flush()
-            os.fsync(out.fileno())  # else it may be there and empty once the power has failed
-        draft.replace(path)
+        with written(path, draft):
+            with draft.open("wb") as out:
+                out.write(msgspec.json.format(msgspec.json.encode(entry)))
+                out.flush()
+                os.fsync(out.fileno())  # else it may be there and empty once the power has failed
+            draft.replace(path)
 
     def remove(self, name: str) -> None:
         """Forget a deployment that has ended; whoever calls this holds its lock."""

@@ -41,6 +41,7 @@ from fairlead.messages.action import ActionChunk, ActionPart, SafeChunk
 from fairlead.messages.codec import (
     MESSAGE_TYPES,
     RECORD_TYPES,
+    check_fields,
     decode,
     encode,
     encode_parts,
@@ -166,6 +167,7 @@ __all__ = [
     "Transform",
     "TransformBatch",
     "Verdict",
+    "check_fields",
     "decode",
     "encode",
     "encode_parts",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from typing import Any, TypeVar
 
@@ -126,6 +127,19 @@ def encode(message: Message) -> bytes:
         raise MessageError(f"{type(message).__name__}: cannot be sent: {error}") from None
 
 
+def check_fields(message: Message) -> None:
+    """See that whoever gets a message can read it, as one is made without a look at its fields.
+
+    Raises:
+        MessageError: as `encode`, or naming a field of another kind.
+    """
+    kind, data = type(message), encode(message)
+    try:
+        _DECODERS[kind].decode(data)
+    except ValueError as error:
+        raise MessageError(f"{kind.__name__}: cannot be sent: {_told(kind, error)}") from None
+
+
 def encode_parts(image: Image) -> tuple[bytes, Bytes]:
     """`encode`, in two pieces: all before the pixels, and the pixels themselves."""
     head = encode(msgspec.structs.replace(image, data=b""))[: -len(_NO_BYTES)]
@@ -153,7 +167,14 @@ def decode(kind: type[M], data: bytes) -> M:
         wanted, got = f"{kind.__name__} v1", _announced(data)
         if got not in ("", wanted):
             raise MessageError(f"expected {wanted}, got {got} ({len(data)} bytes)") from None
-        raise MessageError(f"{kind.__name__}: {error} ({len(data)} bytes)") from None
+        raise MessageError(f"{kind.__name__}: {_told(kind, error)} ({len(data)} bytes)") from None
+
+
+def _told(kind: type[Message], error: Exception) -> str:
+    """What msgspec says, with the field's name in the place of its number on the wire."""
+    names = ("type", *kind.__struct_fields__)
+    path = re.compile(r"`\$\[([0-9]+)\]")
+    return path.sub(lambda found: f"`$.{names[int(found[1])]}", str(error))
 
 
 def _announced(data: bytes) -> str:

@@ -19,6 +19,7 @@ from fairlead.modes import ControlMode
 from fairlead.operate.goal import RunningGoal
 from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.part_claim import PartClaim
+from fairlead.operate.robot import CLOSED
 from fairlead.operate.services import ANSWER_TIMEOUT_S
 from fairlead.operate.subscription import Subscription
 from fairlead.operate.tick import Tick
@@ -26,8 +27,6 @@ from fairlead.wire.on_loop import call_on
 
 SIGNAL_S = 0.2
 """Ctrl-C that the system hands to another thread is heard here after so long at most."""
-
-CLOSED = "this client is closed; connect anew"
 
 T = TypeVar("T")
 

@@ -74,11 +74,11 @@ class Chain(BaseModel):
                     f"got {name!r}"
                 )
         for goal in self.goals:
-            _check_target(f"goal {goal.name}: on_success", goal.on_success, [NEXT, DONE, *names])
+            _check_target(f"goal {goal.name!r}: on_success", goal.on_success, [NEXT, DONE, *names])
             for kind, target in goal.on_failure.items():
                 if kind in ENDING:
-                    raise ValueError(f"goal {goal.name}: on_failure: {kind} ends the whole chain")
-                _check_target(f"goal {goal.name}: on_failure: {kind}", target, [FAIL, *names])
+                    raise ValueError(f"goal {goal.name!r}: on_failure: {kind} ends the whole chain")
+                _check_target(f"goal {goal.name!r}: on_failure: {kind}", target, [FAIL, *names])
         return self
 
 

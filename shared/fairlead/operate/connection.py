@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NoReturn
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
-from fairlead.errors import ConfigError, NoAnswerError
+from fairlead.errors import ConfigError, NoAnswerError, expected
 from fairlead.operate.client import RobotClient
 from fairlead.operate.robot import Robot
 from fairlead.paths import deployment_names, deployment_path
@@ -79,6 +80,12 @@ class Connection:
         self._deployment, self._by, self._bus = deployment, by, bus
         self._robots: list[Robot] = []
         self._clients: list[RobotClient] = []
+
+    def __getattr__(self, name: str) -> NoReturn:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        what = "`with connect(...) as robot` (or `async with`), and then robot."
+        raise ConfigError(expected("connect", what + name, f"{name} without the block"))
 
     async def __aenter__(self) -> Robot:
         self._robots.append(await Robot.open(self._deployment, self._by, self._bus))

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import suppress
 
 from fairlead.errors import FairleadError, NoAnswerError, RefusedError, ServiceError, TransportError
-from fairlead.messages import Goal, GoalAccepted, GoalResult, encode
+from fairlead.messages import Goal, GoalAccepted, GoalResult, check_fields
 from fairlead.operate.goal_hearing import GoalHearing, Progress
 from fairlead.operate.protective_stop import request_stop
 from fairlead.operate.services import GOAL_TIMEOUT_S, Services
@@ -122,7 +122,7 @@ class RunningGoal:
                 its id; so the robot was stopped, and the log says so.
         """
         try:
-            encode(request)  # what cannot be sent has not begun
+            check_fields(request)  # what cannot be sent has not begun
             key = self._services.command(self._services.keys.goal(self.runner))
             await self._services.wait_alive(self.runner)
             if self.is_over:

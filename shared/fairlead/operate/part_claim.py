@@ -17,6 +17,7 @@ from fairlead.errors import (
     FairleadError,
     NoAnswerError,
     RefusedError,
+    expected,
 )
 from fairlead.messages import (
     NO_TRACE,
@@ -71,13 +72,8 @@ class PartClaim:
         self._services, self._robot, self._request = services, robot, request
         self._source = request.source
         self._changes = Changes()
-        self._lost, self._is_explained = "", False
-        self._tick: Tick | None = None
-        self._told = 0
+        self._beating: asyncio.Future[None] | None = None  # while its parts are held
         self._seq = 0
-        self._payload = b""
-        self._verdict: Verdict | None = None
-        self._lease_s = 0.0
 
     # --- its block --------------------------------------------------------------------
 
@@ -109,13 +105,14 @@ class PartClaim:
 
     async def release(self) -> None:
         """Give the parts back before the block ends; of a claim that is lost nothing is left."""
-        if self._beating.done():
+        if self._beating is None:
             return
+        beating, self._beating = self._beating, None
         try:
             if not self._lost:
                 await self._release()
         finally:
-            self._beating.cancel()
+            beating.cancel()
             for mailbox in self._heard:
                 mailbox.close()
 
@@ -134,6 +131,11 @@ class PartClaim:
         reply = self.reply
         self._watch = ClaimWatch(self._source, reply.claim_id, reply.epoch, reply.session)
         self._ticks = TickBuilder(reply.session)
+        self._lost, self._is_explained = "", False
+        self._tick: Tick | None = None
+        self._told = 0
+        self._payload = b""
+        self._verdict: Verdict | None = None
         self._lease_s = time.monotonic()
         self._candidate = bus.publisher(keys.candidate(self._source), ActionChunk, Qos.HOT)
         self._heard = [
@@ -154,6 +156,7 @@ class PartClaim:
             ClaimLostError: the claim is lost.
             NoAnswerError: no new tick in time.
         """
+        self._check_held()
         await self._wait(lambda: self._newest > self._told, "joint state", timeout_s)
         assert self._tick is not None
         self._told = self._tick.number
@@ -185,6 +188,9 @@ class PartClaim:
             NoAnswerError: no verdict in time.
             ConfigError: no parts, or parts of different horizons.
         """
+        self._check_held()
+        if type(tick) is not int or not 0 <= tick < 2**64:
+            raise ConfigError(expected(self._source, "the number of a tick", repr(tick)[:40]))
         horizon = self._horizon(parts)
         self._seq += 1
         self._verdict = None
@@ -213,7 +219,10 @@ class PartClaim:
         return self._verdict
 
     def _horizon(self, parts: tuple[ActionPart, ...]) -> int:
-        n_dof = self._robot.n_dof
+        n_dof, most = self._robot.n_dof, self._request.horizon_max
+        for part in parts:
+            if not isinstance(part, ActionPart):
+                raise ConfigError(expected(self._source, "what `rows` made", type(part).__name__))
         found = {
             len(part.values) // (FLOAT_BYTES * ControlMode(part.mode).width(n_dof))
             for part in parts
@@ -221,7 +230,16 @@ class PartClaim:
         if len(found) != 1:
             got = ", ".join(str(one) for one in sorted(found)) or "no parts"
             raise ConfigError(f"{self._source}: expected parts of one number of rows, got {got}")
-        return found.pop()
+        if (horizon := found.pop()) > most:
+            raise ConfigError(expected(self._source, f"at most {most} rows", horizon))
+        return horizon
+
+    def _check_held(self) -> None:
+        if self._beating is None:
+            raise ClaimLostError(
+                f"claim of {self._source}: not held: its block has not begun, or has ended; use it "
+                "in `async with`, or `with`"
+            )
 
     @property
     def _newest(self) -> int:

@@ -34,7 +34,7 @@ async def request_stop(services: Services, reason: str) -> int:
         NoAnswerError: no lease listed it in time; the robot may still move. Not where the gate
             holds as many stops as it can: then the id of the last of these is returned.
     """
-    reason = short_text(reason)
+    reason = short_text(str(reason))
     stop_id = secrets.randbits(63) + 1
     held: tuple[int, ...] = ()
     changes = Changes()

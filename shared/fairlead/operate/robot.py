@@ -7,11 +7,11 @@ import hashlib
 import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 from weakref import WeakSet
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import ConfigError, expected
+from fairlead.errors import ConfigError, TransportError, expected
 from fairlead.keys import check_name
 from fairlead.messages import (
     NO_HASH,
@@ -39,6 +39,7 @@ from fairlead.wire.on_loop import open_session
 from fairlead.wire.topics import EVERY, find_topic, short_key
 
 STALL_TIMEOUT_S = 30.0
+CLOSED = "this client is closed; connect anew"
 
 T = TypeVar("T")
 M = TypeVar("M", bound=Message)
@@ -48,14 +49,17 @@ class Robot(Services):
     """One running robot: ask its services, give it goals, hold parts of it, look on.
 
     Its methods are to be called on the event loop it was opened on. What it began ends with it:
-    `close` ends goals that have not ended and its subscriptions; claims end with their blocks.
+    `close` ends goals that have not ended, gives back claims and ends its subscriptions. After it
+    what is asked of anybody is a `TransportError`.
     """
 
     def __init__(self, deployment: Deployment, bus: Bus, by: str) -> None:
         super().__init__(deployment, bus, by)
         self._goals: list[RunningGoal] = []
+        self._claims: WeakSet[PartClaim] = WeakSet()
         self._subscriptions: WeakSet[Subscription[object]] = WeakSet()
         self._owns_bus = False
+        self._is_closed = False
 
     @classmethod
     async def open(cls, deployment: Deployment, by: str, bus: Bus | None = None) -> Robot:
@@ -72,8 +76,12 @@ class Robot(Services):
 
     async def close(self) -> None:
         """End what was begun here, then the session; the services are left as they are."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         try:
             left = [_leave(goal) for goal in self._goals if not goal.is_over]
+            left += [claim.release() for claim in self._claims]
             for error in await asyncio.gather(*left, return_exceptions=True):
                 if error is not None:
                     raise error
@@ -81,8 +89,9 @@ class Robot(Services):
             for subscription in list(self._subscriptions):
                 subscription.close()
             self._tokens.undeclare()
+            bus, self.bus = self.bus, cast("Bus", _Closed())
             if self._owns_bus:
-                await asyncio.to_thread(self.bus.close)
+                await asyncio.to_thread(bus.close)
 
     @cached_property
     def manifest(self) -> RobotManifest:
@@ -187,7 +196,9 @@ class Robot(Services):
             limits=(),
             by=self.by,
         )
-        return PartClaim(self, self.manifest, request)
+        claim = PartClaim(self, self.manifest, request)
+        self._claims.add(claim)
+        return claim
 
     def _check_claim(self, parts: Sequence[str], source: str) -> None:
         valid = self.manifest.part_names
@@ -218,6 +229,8 @@ class Robot(Services):
         self, source: str = EVERY, queue: int = QUEUE, timeout_s: float = SILENCE_S
     ) -> Subscription[Verdict]:
         """The gate's answers to one source's chunks, or to everybody's."""
+        if source != EVERY:
+            check_name("source", source)
         return self._messages(self.keys.verdict(source), Verdict, queue, timeout_s)
 
     def gate_statuses(
@@ -234,7 +247,7 @@ class Robot(Services):
         Raises:
             ConfigError: listing the keys there are.
         """
-        topic = find_topic(self.keys, name)
+        topic = find_topic(self.keys, str(name))
 
         def read(sample: Sample) -> Heard:
             return Heard(sample.key, decode(topic.kind, sample.payload), time.monotonic())
@@ -260,6 +273,13 @@ class Robot(Services):
         made = Subscription(self.bus, name, key_expr, read, queue, timeout_s)
         self._subscriptions.add(made)  # type: ignore[arg-type]
         return made
+
+
+class _Closed:
+    """The transport of a robot whose session has ended."""
+
+    def __getattr__(self, name: str) -> Any:
+        raise TransportError(CLOSED)
 
 
 async def _leave(goal: RunningGoal) -> None:

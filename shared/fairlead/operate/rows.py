@@ -39,9 +39,10 @@ def part_rows(
     index = robot.part_names.index(part)
     declared = robot.parts[index]
     modes = [one for one in declared.control_modes if one in FIELD_RULES]
-    if mode not in modes:
+    if mode not in modes or not isinstance(mode, ControlMode):
+        got = mode.yaml_name if isinstance(mode, ControlMode) else f"{mode!r}, no ControlMode"
         valid = [one.yaml_name for one in modes]
-        raise ConfigError(expected(f"part {part}", "one of its modes", mode.yaml_name, valid))
+        raise ConfigError(expected(f"part {part}", "one of its modes", got, valid))
     columns = _columns(robot, declared, mode, joints)
     values = _checked(part, mode, rows, len(columns) or mode.width(robot.n_dof))
     if columns:
@@ -79,6 +80,9 @@ def _checked(part: str, mode: ControlMode, rows: npt.ArrayLike, width: int) -> F
         raise ConfigError(expected(f"part {part}", what, "rows of other things")) from None
     if values.ndim != 2 or not len(values) or values.shape[1] != width:
         raise ConfigError(expected(f"part {part}", what, list(values.shape)))
+    for row, column in np.argwhere(~np.isfinite(values)):
+        got = f"{values[row, column]} in row {row}, column {column}"
+        raise ConfigError(expected(f"part {part}", f"finite numbers for {mode.yaml_name}", got))
     return values
 
 

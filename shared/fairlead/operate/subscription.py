@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from fairlead.errors import NoAnswerError
+from fairlead.errors import ConfigError, NoAnswerError, expected
 from fairlead.messages import Message, decode
 from fairlead.wire.bus import Bus, Sample
 from fairlead.wire.on_loop import call_on
@@ -111,6 +111,9 @@ class Subscription(Generic[T]):
 
     Iterating raises:
         NoAnswerError: nothing was published within the subscription's ``timeout_s``.
+
+    Raises:
+        ConfigError: a queue that holds nothing, or a time that is none.
     """
 
     def __init__(
@@ -123,6 +126,12 @@ class Subscription(Generic[T]):
         timeout_s: float,
     ) -> None:
         self._closed = True  # nothing to close yet
+        if not isinstance(queue, int) or queue < 1:
+            what = "a whole number from 1"
+            raise ConfigError(expected(f"topic {name}: queue", what, repr(queue)))
+        if not isinstance(timeout_s, int | float) or not timeout_s >= 0:
+            what = "seconds, at least 0"
+            raise ConfigError(expected(f"topic {name}: timeout_s", what, repr(timeout_s)))
         self._name, self._queue = name, queue
         self._timeout_s = timeout_s
         self._loop = asyncio.get_running_loop()

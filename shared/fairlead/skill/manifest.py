@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import Literal, Self
 
@@ -139,8 +140,11 @@ class SkillManifest(BaseModel):
 
     def control_periods(self, period_ns: int) -> int | None:
         """Control periods for one row of the policy; None where that is no whole number."""
-        periods = max(1, round(1e9 / self.rate_hz / period_ns))
-        return periods if round(1e9 / self.rate_hz / periods) == period_ns else None
+        row_ns = 1e9 / self.rate_hz
+        if math.isinf(row_ns):
+            return None
+        periods = max(1, round(row_ns / period_ns))
+        return periods if round(row_ns / periods) == period_ns else None
 
     @property
     def skill_hash(self) -> bytes:

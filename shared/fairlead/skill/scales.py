@@ -12,6 +12,10 @@ __all__ = ["Numbers", "scale_problems", "spread"]
 
 
 def _listed(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise ValueError(f"expected a number, got {value}")
+    if isinstance(value, str | dict):
+        raise ValueError(f"expected a number, or a list of them, got {value!r}")
     return (value,) if isinstance(value, (int, float)) else value
 
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from fairlead.errors import FairleadError, RefusedError
 from fairlead.keys import of_person, person_of
-from fairlead.messages import Cancel, Goal, Load, Message, ResetEpisode, decode
+from fairlead.messages import Cancel, Goal, Load, Message, ResetEpisode, check_fields, decode
 from fairlead.wire.bus import Answer, Bus, Undeclare, no_answer
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.session import ZenohBus
@@ -51,8 +51,9 @@ async def ask(bus: Bus, key: str, request: Message, kind: type[Reply], timeout_s
     Raises:
         RefusedError: the service answered no.
         NoAnswerError: nobody answered within ``timeout_s``.
-        MessageError: what came is no ``kind``.
+        MessageError: a field of the request is of another kind; what came is no ``kind``.
     """
+    check_fields(request)
     loop = asyncio.get_running_loop()
     replied: asyncio.Future[bytes | FairleadError] = loop.create_future()
 

@@ -96,7 +96,12 @@ async def _serve(
     from fairlead_skill_runner import PolicyServer, served_policy
 
     server = PolicyServer(skill, served_policy(skill), keys, api_key, lambda line: echo(line))
-    async with await server.listen(host, port) as listening:
+    try:
+        opened = await server.listen(host, port)
+    except OSError as error:
+        where = f"--host {host} --port {port}"
+        raise ConfigError(f"serve-policy: {where}: cannot listen: {error.strerror}") from None
+    async with opened as listening:
         where = next(iter(listening.sockets)).getsockname()
         echo(f"{skill.id}: listening on ws://{where[0]}:{where[1]}")
         await asyncio.Event().wait()

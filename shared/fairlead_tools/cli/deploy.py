@@ -10,6 +10,7 @@ import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, ServiceError, expected
+from fairlead.paths import written
 from fairlead_tools.cli.console import ProgressLine, echo, print_json
 from fairlead_tools.cli.options import (
     DeploymentsArgument,
@@ -112,7 +113,8 @@ def units_command(
         units = router_unit(deployments, _sharing(deployments, host, without), user)
     out.mkdir(parents=True, exist_ok=True)
     for name, text in units.items():
-        (out / name).write_text(text, encoding="utf-8")
+        with written(out / name, out / name):
+            (out / name).write_text(text, encoding="utf-8")
         echo(str(out / name))
     first = next(iter(units))
     echo(f"copy them to /etc/systemd/system, then: systemctl enable --now {' '.join(units)}")
@@ -139,8 +141,10 @@ def containers_command(
     else:
         text = router_compose_file(deployments, _sharing(deployments, host, without), image)
     (out / "state").mkdir(parents=True, exist_ok=True, mode=0o700)
-    (out / "compose.yaml").write_text(text, encoding="utf-8")
-    echo(str(out / "compose.yaml"))
+    file = out / "compose.yaml"
+    with written(file, file):
+        file.write_text(text, encoding="utf-8")
+    echo(str(file))
     echo("how to start it is said at its beginning")
 
 

@@ -15,7 +15,13 @@ from fairlead.paths import deployment_path
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import Admission
 from fairlead.skill.manifest import load_skill
-from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.console import (
+    ProgressLine,
+    echo,
+    ends_like_ctrl_c,
+    print_json,
+    print_table,
+)
 from fairlead_tools.cli.evaluate import MAX_EPISODES, parse_seeds
 from fairlead_tools.cli.options import (
     JsonOption,
@@ -28,6 +34,7 @@ from fairlead_tools.cli.options import (
 from fairlead_tools.cli.skill import installed_skill
 
 if TYPE_CHECKING:
+    from fairlead_tools.learn.dataset import Header
     from fairlead_tools.learn.record import Teacher
 
 DATASETS = Path("out/datasets")
@@ -116,11 +123,21 @@ def record_command(
             if deployed
             else record(chosen, manifest, wanted, noise, ticks, show, teacher)
         )
-        with closing(runs):
-            for episode in runs:
-                header = add(out, header, episode)
-    won = sum(one.succeeded for one in header.episodes)
-    echo(f"{out}: {won} of {len(header.episodes)} episodes succeeded")
+        try:
+            with ends_like_ctrl_c(), closing(runs):
+                for episode in runs:
+                    header = add(out, header, episode)
+        finally:
+            line.end()
+            _tell(out, header, len(wanted))
+
+
+def _tell(out: Path, header: Header, wanted: int) -> None:
+    """Say what there is, also of a recording that was ended before."""
+    won, done = sum(one.succeeded for one in header.episodes), len(header.episodes)
+    missing = f", {wanted - done} not recorded" if done < wanted else ""
+    if done:
+        echo(f"{out}: {won} of {done} episodes succeeded{missing}")
 
 
 def _teacher(expert: str | None, beta: float, noise: float, deployed: bool) -> Teacher | None:

@@ -171,7 +171,7 @@ def check_command(
     loaded = load_robot(robot or manifest.embodiments[0])
     problems = admission_problems(manifest, loaded, _running(deployment))
     told = summarised(problems, manifest, loaded)
-    wrong = policy_problems(manifest, folder) + python_problems(folder, manifest)
+    wrong = policy_problems(manifest, folder) or python_problems(folder, manifest)
     problems, told = problems + wrong, told + wrong
     report: dict[str, Any] = {
         "skill": skill, "robot": loaded.id, "admitted": not problems, "reasons": problems,

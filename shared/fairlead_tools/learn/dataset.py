@@ -17,7 +17,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 from zipfile import BadZipFile
 
 import msgspec
@@ -53,7 +53,7 @@ class Told(msgspec.Struct, frozen=True):
     """One episode as `FILE` lists it; released: ticks whose row was, None without a gate."""
 
     seed: int
-    ticks: int
+    ticks: Annotated[int, msgspec.Meta(ge=0)]
     succeeded: bool
     released: int | None = None
 
@@ -73,7 +73,7 @@ class Header(msgspec.Struct, frozen=True):
     robot: str
     layout: str
     prompt: str
-    rate_hz: float
+    rate_hz: Annotated[float, msgspec.Meta(gt=0)]
     noise: float
     expert: str = ""
     pictures: tuple[str, ...] = ()
@@ -157,8 +157,35 @@ def episodes(folder: Path) -> Iterator[Episode]:
         lengths = [len(array) for array in arrays.values()]
         if set(lengths) != {told.ticks}:
             raise ConfigError(expected(f"dataset: {path}", f"{told.ticks} ticks", lengths))
+        _check_numbers(path, arrays, may_lack={"rows"} if header.deployed else set())
         pictures = {name: arrays.pop(_PICTURE + name) for name in header.pictures}
         yield Episode(told.seed, told.succeeded, **arrays, pictures=pictures)
+
+
+def every_episode(folders: Sequence[Path]) -> list[Episode]:
+    """Those of several datasets, to learn from; raises as `episodes`, and if there are none."""
+    found = [one for folder in folders for one in episodes(folder)]
+    if not found:
+        where = ", ".join(map(str, folders))
+        told = expected("train", f"episodes in {where}", "none; see: fairlead dataset show")
+        raise ConfigError(told)
+    return found
+
+
+def _check_numbers(path: Path, arrays: Mapping[str, npt.NDArray[Any]], may_lack: set[str]) -> None:
+    for name in _ARRAYS:
+        who, array = f"dataset: {path}: {name}", arrays[name]
+        if array.dtype.kind != "f" or array.ndim != 2:
+            got = f"{array.dtype} {list(array.shape)}"
+            raise ConfigError(expected(who, f"numbers [{len(array)}, N]", got))
+        for tick, number in np.argwhere(~np.isfinite(array))[: name not in may_lack]:
+            raise ConfigError(
+                expected(who, "finite numbers", f"{array[tick, number]} in tick {tick}")
+            )
+    width, got = arrays["rows"].shape[1], arrays["acted"].shape[1]
+    if got != width:
+        who = f"dataset: {path}: acted"
+        raise ConfigError(expected(who, f"as many numbers as rows, {width}", got))
 
 
 def same_kind(folders: Sequence[Path]) -> Header:

@@ -17,7 +17,13 @@ import yaml
 
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
-from fairlead_tools.learn.dataset import episodes, read_header, require_skill, same_kind
+from fairlead_tools.learn.dataset import (
+    episodes,
+    every_episode,
+    read_header,
+    require_skill,
+    same_kind,
+)
 from fairlead_tools.learn.labels import Labels, label
 from fairlead_tools.learn.network import features, fit, onnx_bytes
 from fairlead_tools.parity.local_episode import make_policy
@@ -68,7 +74,7 @@ def train(
     require_skill(folders[0], expert)
     require_new(target)
     policy = make_policy(_without_memory(expert))
-    found = [one for folder in folders for one in episodes(folder)]
+    found = every_episode(folders)
     say(f"{len(found)} episodes; asking {expert.id} in each state and {recipe.beside} beside it")
     labels = label(policy, found, recipe.beside, recipe.seed)
     say(f"{len(labels.states)} labels; training {recipe.epochs} epochs")

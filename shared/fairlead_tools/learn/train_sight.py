@@ -17,7 +17,7 @@ import numpy.typing as npt
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead_tools.learn.dataset import Header, episodes, require_skill, same_kind
+from fairlead_tools.learn.dataset import Header, every_episode, require_skill, same_kind
 from fairlead_tools.learn.sight import fit_pictures, forward, sight_onnx
 from fairlead_tools.learn.train import (
     HELD_OUT,
@@ -53,7 +53,7 @@ def train_sight(
     require_skill(folders[0], skill)
     name = _picture(header, skill)
     libraries = _libraries()
-    found = [one for folder in folders for one in episodes(folder)]
+    found = every_episode(folders)
     pictures = np.concatenate([one.pictures[name] for one in found])
     states = np.concatenate([one.states for one in found])
     labels = np.concatenate([one.labels for one in found]).astype(np.float64)

@@ -17,8 +17,11 @@ from fairlead.skill.python_policy import BACKEND, check_python_policy
 from fairlead.yaml_file import locator
 
 
-def install_problems(folder: Path, skill: SkillManifest) -> list[str]:
-    """Every reason against installing a skill, for each robot it says it was made for."""
+def install_problems(folder: Path, skill: SkillManifest, known: Sequence[str]) -> list[str]:
+    """Every reason against installing a skill, for each robot it says it was made for.
+
+    known: those against its policy that the caller knows of.
+    """
     problems = []
     for robot in skill.embodiments:
         try:
@@ -26,7 +29,7 @@ def install_problems(folder: Path, skill: SkillManifest) -> list[str]:
         except ConfigError as error:
             found = [str(error)]
         problems += [f"on {robot}: {problem}" for problem in found]
-    return problems + python_problems(folder, skill)
+    return problems + (list(known) or python_problems(folder, skill))
 
 
 def python_problems(folder: Path, skill: SkillManifest) -> list[str]:
@@ -72,8 +75,7 @@ def install_skill(
         ConfigError: with every reason why not; nothing has been written then.
     """
     skill = read_skill(folder)
-    problems = [*install_problems(folder, skill), *found]
-    if problems:
+    if problems := install_problems(folder, skill, found):
         raise ConfigError(f"skill {skill.id} is not installed:\n  " + "\n  ".join(problems))
     if (repo_root() / "rskills" / skill.id).exists():
         raise ConfigError(f"skill {skill.id}: one of this name ships with fairlead; rename yours")
