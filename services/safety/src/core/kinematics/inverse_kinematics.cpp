@@ -136,7 +136,8 @@ bool is_clearly_regular(const ToolJacobian& jacobian, double limit) {
   Gram gram = smaller_gram(jacobian.columns);
   const double least = limit * limit * (1.0 + 1e-6) + 1e-12 * gram.trace();
   gram.diagonal().array() -= least;
-  return std::isfinite(least) && gram.llt().info() == Eigen::Success;  // which NaN would be, too
+  const bool definite = gram.llt().info() == Eigen::Success;
+  return std::isfinite(least) && definite;  // NaN would be, too
 }
 
 }  // namespace fairlead

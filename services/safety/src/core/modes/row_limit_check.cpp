@@ -103,7 +103,8 @@ Evidence check_start(const RowView& view, const ClaimLimits& claim, const RowBef
 
 Evidence check_acting(const RowView& view) {
   const Evidence outside = check_outside(view);
-  return outside.ok() && is_joint_mode(view.mode()) ? joint_acting(view) : outside;
+  if (!outside.ok() || !is_joint_mode(view.mode())) return outside;
+  return joint_acting(view);
 }
 
 Evidence check_step(const RowView& view) {

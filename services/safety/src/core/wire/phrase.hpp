@@ -61,7 +61,7 @@ inline void say(Text& text, Hex hex) {
 
 /// phrase("part ", name, " is held by ", holder)
 template <class... Parts>
-Text phrase(const Parts&... parts) {
+Text phrase(const Parts&... parts) noexcept {
   Text text;
   (say(text, parts), ...);
   return text;
@@ -93,7 +93,8 @@ void append_printable(Target& target, std::string_view text) {
   std::size_t escaped = 0;  // bytes of a control character still to come
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
-    if (escaped == 0 && is_control(text, i)) escaped = byte < 0x80 ? 1 : byte < 0xE0 ? 2 : 3;
+    const std::size_t bytes = byte < 0x80 ? 1 : byte < 0xE0 ? 2 : 3;
+    if (escaped == 0 && is_control(text, i)) escaped = bytes;
     if (escaped == 0) {
       std::size_t end = i + 1;
       while (end < text.size() && !is_control(text, end)) ++end;
