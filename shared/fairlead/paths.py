@@ -209,8 +209,9 @@ def written(file: Path, draft: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
+        if draft != file or error.filename is None:  # else it was not opened, and is as it was
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
         if error.filename is None:
             error.filename = str(file)
         raise

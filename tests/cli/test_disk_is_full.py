@@ -11,7 +11,7 @@ import pytest
 
 from fairlead.deploy.credentials import write_private
 from fairlead.deploy.registry import Registry, Running
-from fairlead.paths import repo_root
+from fairlead.paths import repo_root, written
 from tests.cli.command import TIMEOUT_S, fairlead_command, fairlead_environment
 
 TWO_HOSTS = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
@@ -68,3 +68,11 @@ def test_of_what_a_start_needs_the_file_is_named_and_no_draft_is_left(
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert caught.value.filename == str(tmp_path / file)
     assert files(tmp_path) == []
+
+
+def test_a_file_that_cannot_be_opened_is_left_as_it_was(tmp_path: Path) -> None:
+    file = tmp_path / "compose.yaml"
+    file.write_text("services: {}\n")
+    with pytest.raises(PermissionError), written(file, file):
+        raise PermissionError(13, "Permission denied", str(file))
+    assert file.read_text() == "services: {}\n"

@@ -174,3 +174,41 @@ async def test_two_cancels_are_one(robot: Robot, scripted: ScriptedRobot) -> Non
     first, second = await asyncio.gather(goal.cancel(), goal.cancel())
     assert first == second == await goal.cancel()
     assert not scripted.stops
+
+
+async def test_who_closes_once_more_waits_for_the_claims_to_be_given_back() -> None:
+    scripted = ScriptedRobot()
+    async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+        await robot.claim(["base"], source="planner").__aenter__()
+        first = asyncio.ensure_future(robot.close())  # as the handler of a signal does
+        await until(lambda: robot._closed is not None)
+    assert scripted.released == [CLAIM_ID]
+    await first
+
+
+async def test_claims_are_given_back_by_a_task_that_is_cancelled_as_it_closes() -> None:
+    scripted = ScriptedRobot()
+
+    async def program() -> None:
+        async with connect(DEPLOYMENT, bus=scripted.bus) as robot:
+            await robot.claim(["base"], source="planner").__aenter__()
+            task = asyncio.current_task()
+            assert task is not None
+            asyncio.get_running_loop().call_soon(task.cancel)
+
+    with pytest.raises(asyncio.CancelledError):
+        await asyncio.ensure_future(program())
+    assert scripted.released == [CLAIM_ID]
+
+
+async def test_a_claim_that_is_held_is_not_taken_again(
+    robot: Robot, scripted: ScriptedRobot
+) -> None:
+    claim = robot.claim(["base"], source="planner")
+    async with claim:
+        with pytest.raises(ConfigError, match="^claim of planner: held already"):
+            await claim.__aenter__()
+
+
+async def test_what_is_missing_before_the_block_is_missing_to_hasattr_too() -> None:
+    assert not hasattr(connect(DEPLOYMENT, bus=ScriptedRobot().bus), "arm")

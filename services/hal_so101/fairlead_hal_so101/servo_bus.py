@@ -1,4 +1,4 @@
-"""The bus of an arm's servos, by rustypot: one read and one write for all of them."""
+"""The bus of an arm's servos, by rustypot: one read and one write for all, if nothing is lost."""
 
 from __future__ import annotations
 
@@ -83,13 +83,14 @@ class ServoBus:
         return [self._read_one(one, give_up_s) for one in self._ids]
 
     def _read_one(self, servo_id: int, give_up_s: float) -> ServoReading:
-        """One servo, asked until it answers, but not again after ``give_up_s`` (monotonic)."""
-        while True:
+        """One servo, asked until it answers, but not after ``give_up_s`` (monotonic)."""
+        reason = f"servo {self.named([servo_id])}: no time was left to ask it again"
+        while time.monotonic() <= give_up_s:
             try:
                 return self._read([servo_id])[0]
-            except LostAnswerError:
-                if time.monotonic() > give_up_s:
-                    raise
+            except LostAnswerError as error:
+                reason = str(error)
+        raise LostAnswerError(reason)
 
     def _read(self, ids: Sequence[int]) -> list[ServoReading]:
         try:

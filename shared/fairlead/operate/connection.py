@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import NoReturn
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
-from fairlead.errors import ConfigError, NoAnswerError, expected
+from fairlead.errors import ConfigError, FairleadError, NoAnswerError, expected
 from fairlead.operate.client import RobotClient
 from fairlead.operate.robot import Robot
 from fairlead.paths import deployment_names, deployment_path
@@ -73,6 +74,10 @@ def nothing_runs() -> NoAnswerError:
     )
 
 
+class _NoBlockError(ConfigError, AttributeError):
+    """So that `hasattr` and debuggers get the answer that they know."""
+
+
 class Connection:
     """What `connect` gives: ``async with`` enters it as a `Robot`, ``with`` as a `RobotClient`."""
 
@@ -85,21 +90,23 @@ class Connection:
         if name.startswith("_"):
             raise AttributeError(name)
         what = "`with connect(...) as robot` (or `async with`), and then robot."
-        raise ConfigError(expected("connect", what + name, f"{name} without the block"))
+        raise _NoBlockError(expected("connect", what + name, f"{name} without the block"))
 
     async def __aenter__(self) -> Robot:
         self._robots.append(await Robot.open(self._deployment, self._by, self._bus))
         return self._robots[-1]
 
-    async def __aexit__(self, *_: object) -> None:
-        await self._robots.pop().close()
+    async def __aexit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        with suppress(FairleadError) if error else nullcontext():  # the program's own says more
+            await self._robots.pop().close()
 
     def __enter__(self) -> RobotClient:
         self._clients.append(RobotClient(self._deployment, self._bus, self._by))
         return self._clients[-1]
 
-    def __exit__(self, *_: object) -> None:
-        self._clients.pop().close()
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
+        with suppress(FairleadError) if error else nullcontext():
+            self._clients.pop().close()
 
 
 def connect(

@@ -79,6 +79,8 @@ class PartClaim:
 
     async def __aenter__(self) -> PartClaim:
         """Take it. `RefusedError` says why the gate does not grant it, and who holds a part."""
+        if self._beating is not None:
+            raise ConfigError(f"claim of {self._source}: held already; make another")
         await self._services.wait_alive(self._services.gate)
         taking = asyncio.ensure_future(self._take())
         try:
@@ -186,7 +188,7 @@ class PartClaim:
             ChunkRefusedError: the gate refused the rows; the ones released before still act.
             ClaimLostError: the claim is lost.
             NoAnswerError: no verdict in time.
-            ConfigError: no parts, or parts of different horizons.
+            ConfigError: no tick, no parts made by `rows`, too many rows, or different horizons.
         """
         self._check_held()
         if type(tick) is not int or not 0 <= tick < 2**64:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Iterable, Sequence
 from functools import cached_property
 from typing import Any, TypeVar, cast
 from weakref import WeakSet
@@ -27,6 +27,7 @@ from fairlead.messages import (
     decode,
 )
 from fairlead.operate.asker import own_endpoints
+from fairlead.operate.changes import unbroken
 from fairlead.operate.goal import RunningGoal
 from fairlead.operate.part_claim import PartClaim
 from fairlead.operate.protective_stop import NO_REASON, request_stop
@@ -59,7 +60,7 @@ class Robot(Services):
         self._claims: WeakSet[PartClaim] = WeakSet()
         self._subscriptions: WeakSet[Subscription[object]] = WeakSet()
         self._owns_bus = False
-        self._is_closed = False
+        self._closed: asyncio.Future[None] | None = None
 
     @classmethod
     async def open(cls, deployment: Deployment, by: str, bus: Bus | None = None) -> Robot:
@@ -76,22 +77,27 @@ class Robot(Services):
 
     async def close(self) -> None:
         """End what was begun here, then the session; the services are left as they are."""
-        if self._is_closed:
-            return
-        self._is_closed = True
+        if self._closed is not None:
+            return await asyncio.shield(self._closed)
+        self._closed = asyncio.get_running_loop().create_future()
         try:
-            left = [_leave(goal) for goal in self._goals if not goal.is_over]
-            left += [claim.release() for claim in self._claims]
-            for error in await asyncio.gather(*left, return_exceptions=True):
-                if error is not None:
-                    raise error
+            await self._close()
         finally:
-            for subscription in list(self._subscriptions):
-                subscription.close()
-            self._tokens.undeclare()
-            bus, self.bus = self.bus, cast("Bus", _Closed())
-            if self._owns_bus:
-                await asyncio.to_thread(bus.close)
+            self._closed.set_result(None)
+
+    async def _close(self) -> None:
+        try:
+            await _all_of(_leave(goal) for goal in self._goals if not goal.is_over)
+        finally:
+            try:
+                await unbroken(_all_of(claim.release() for claim in self._claims))
+            finally:
+                for subscription in list(self._subscriptions):
+                    subscription.close()
+                self._tokens.undeclare()
+                bus, self.bus = self.bus, cast("Bus", _Closed())
+                if self._owns_bus:
+                    await asyncio.to_thread(bus.close)
 
     @cached_property
     def manifest(self) -> RobotManifest:
@@ -280,6 +286,11 @@ class _Closed:
 
     def __getattr__(self, name: str) -> Any:
         raise TransportError(CLOSED)
+
+
+async def _all_of(doing: Iterable[Coroutine[None, None, None]]) -> None:
+    for error in filter(None, await asyncio.gather(*doing, return_exceptions=True)):
+        raise error
 
 
 async def _leave(goal: RunningGoal) -> None:

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any, Generic, TypeVar
 
 from fairlead.errors import ConfigError, NoAnswerError, expected
@@ -126,10 +127,10 @@ class Subscription(Generic[T]):
         timeout_s: float,
     ) -> None:
         self._closed = True  # nothing to close yet
-        if not isinstance(queue, int) or queue < 1:
+        if not isinstance(queue, int | Integral) or queue < 1:
             what = "a whole number from 1"
             raise ConfigError(expected(f"topic {name}: queue", what, repr(queue)))
-        if not isinstance(timeout_s, int | float) or not timeout_s >= 0:
+        if not isinstance(timeout_s, float | Real) or not timeout_s >= 0:
             what = "seconds, at least 0"
             raise ConfigError(expected(f"topic {name}: timeout_s", what, repr(timeout_s)))
         self._name, self._queue = name, queue

@@ -100,7 +100,9 @@ async def _serve(
         opened = await server.listen(host, port)
     except OSError as error:
         where = f"--host {host} --port {port}"
-        raise ConfigError(f"serve-policy: {where}: cannot listen: {error.strerror}") from None
+        raise ConfigError(
+            f"serve-policy: {where}: cannot listen: {error.strerror or error}"
+        ) from None
     async with opened as listening:
         where = next(iter(listening.sockets)).getsockname()
         echo(f"{skill.id}: listening on ws://{where[0]}:{where[1]}")

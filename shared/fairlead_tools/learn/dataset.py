@@ -65,7 +65,7 @@ class Header(msgspec.Struct, frozen=True):
     deviation of what was added to a number of a row, as a share of its full scale.
     expert: that was asked; "" for none.
     pictures: their names. deployed: through the services, and judged by the gate.
-    meaning: what the skill's manifest said of all these numbers, as `learn.meaning` has it.
+    meaning: what the skill's manifest said of all these numbers, as `meaning` has it.
     """
 
     skill: str
@@ -154,7 +154,7 @@ def episodes(folder: Path) -> Iterator[Episode]:
                 arrays = {name: file[name] for name in names}
         except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
             raise ConfigError(f"dataset: {path}: no episode: {error}") from None
-        lengths = [len(array) for array in arrays.values()]
+        lengths = [len(array) if array.ndim else None for array in arrays.values()]
         if set(lengths) != {told.ticks}:
             raise ConfigError(expected(f"dataset: {path}", f"{told.ticks} ticks", lengths))
         _check_numbers(path, arrays, may_lack={"rows"} if header.deployed else set())

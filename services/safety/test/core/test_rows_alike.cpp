@@ -89,6 +89,22 @@ TEST_CASE("a tool that is commanded to stay keeps its joints, also at the end of
   }
 }
 
+TEST_CASE("a tool that is commanded to stay does, also beyond a bound and within its tolerance") {
+  Limits limits = free_arm::limits();
+  limits.joints[turn_y].bounds = {-3.0, 0.0, 0.01};
+  const Row still(6, 0.0);
+  const auto chunk =
+      ChunkBuilder().add(arm, Mode::cartesian_delta, Rows(16, still), {}, "base_link");
+  for (int i = 1; i <= 100; ++i) {
+    MeasuredState state = at_rest();
+    for (const std::size_t j : {turn_z, slide_x, slide_y, slide_z, turn_x})
+      state.positions[j] = 0.3 * std::sin(static_cast<double>(i) * static_cast<double>(j + 1));
+    state.positions[turn_y] = 0.0005;
+    CAPTURE(i);
+    CHECK(free_arm::judge(limits, chunk.chunk, state).evidence.ok());
+  }
+}
+
 TEST_CASE("G030 between the ends of a gain nothing is looked at any more either") {
   Limits limits = free_arm::limits();
   limits.collision.capsules[0] = {0, {-8, 0, 0.5211}, {8, 0, 0.5211}, 0.01};  // 0.1 mm beyond

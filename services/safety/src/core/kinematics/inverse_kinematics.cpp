@@ -95,7 +95,9 @@ Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6
   // A long turn bends the way: what one straight step misses, the next makes up for.
   for (int i = 0; i < most_motion_steps; ++i) {
     const ToolJacobian jacobian = tool_jacobian(model, tool, i == 0 ? start : end);
-    const Changes step = step_towards(jacobian.columns, motion_between(jacobian.tool, target));
+    // The first is exact: rounding would make a motion of none, where a joint may have no room.
+    const Motion6 missing = i == 0 ? motion : motion_between(jacobian.tool, target);
+    const Changes step = step_towards(jacobian.columns, missing);
     take(step, 1.0, model, tool, joints);
     if (i == 0) first_step = joints;
     end.place_chain(model, tool, joints);
