@@ -102,9 +102,9 @@ Evidence check_start(const RowView& view, const ClaimLimits& claim, const RowBef
 }
 
 Evidence check_acting(const RowView& view) {
-  const Evidence outside = check_outside(view);
-  if (!outside.ok() || !is_joint_mode(view.mode())) return outside;
-  return joint_acting(view);
+  Evidence evidence = check_outside(view);
+  if (evidence.ok() && is_joint_mode(view.mode())) evidence = joint_acting(view);
+  return evidence;
 }
 
 Evidence check_step(const RowView& view) {
