@@ -75,7 +75,7 @@ async def test_a_goal_is_run_to_its_end_and_its_progress_told(robot: Robot) -> N
     goal = await robot.run("go-to", prompt="0 0.1 0", deadline_ticks=600)
     phases = [progress.phase async for progress in goal]
     result = await goal.result()
-    assert (result.outcome, result.decided_by) == ("succeeded", "policy")
+    assert (result.outcome, result.decided_by) == ("succeeded", "policy"), result
     assert (phases[-1], goal.progress.verdicts["released"] > 3) == ("ended", True)
 
 
