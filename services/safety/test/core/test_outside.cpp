@@ -70,3 +70,14 @@ TEST_CASE("G011 the row that acts next leads back from where the joint is now") 
     CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).ok());
   }
 }
+
+TEST_CASE("G011 a tool's motion that acts next says nothing of a joint that is outside") {
+  const Limits limits = test_limits();
+  const ClaimLimits claim = whole_robot(limits);
+  const ChunkBuilder chunk =
+      ChunkBuilder().add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0, 0}}, {}, "base_link");
+  MeasuredState state = state_at_rest();
+  CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).ok());
+  state.positions[arm_1] = 2.125;
+  CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).code == 11);
+}
