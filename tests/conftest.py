@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.late_machine import LATE
+from tests.late_machine import LATE, current
 
 # A slow machine is no failure: what has a bound in time says so in its own test.
 settings.register_profile("fairlead", deadline=None)
@@ -77,7 +77,8 @@ def pytest_timeout_set_timer(item: pytest.Item, settings: object) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    if getattr(item, "execution_count", 1) > 1:
+    current["try"] = getattr(item, "execution_count", 1)
+    if current["try"] > 1:
         item.ihook.pytest_timeout_set_timer(item=item, settings=_limits[item.nodeid])
 
 

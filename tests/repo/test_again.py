@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.late_machine import is_late
+from tests.late_machine import BUSY_TRIES, current, is_late
 from tests.repo.tree import ROOT
 
 HANGS = """
@@ -45,6 +45,8 @@ def test_on_a_busy_machine_a_bug_of_a_service_is_no_reason_to_try_again(
     monkeypatch.setattr(os, "getloadavg", lambda: (1e3, 0.0, 0.0))
     assert is_late(AssertionError("deadline instead of succeeded"))
     assert not is_late(AssertionError("ERROR internal error, KeyError: 'x'"))
+    monkeypatch.setitem(current, "try", BUSY_TRIES)
+    assert not is_late(AssertionError("deadline instead of succeeded"))
     monkeypatch.setattr(os, "getloadavg", lambda: (0.0, 0.0, 0.0))
     assert not is_late(AssertionError("deadline instead of succeeded"))
     assert is_late(AssertionError("G003: state_timeout_ms"))
