@@ -212,3 +212,19 @@ async def test_a_claim_that_is_held_is_not_taken_again(
 
 async def test_what_is_missing_before_the_block_is_missing_to_hasattr_too() -> None:
     assert not hasattr(connect(DEPLOYMENT, bus=ScriptedRobot().bus), "arm")
+
+
+async def test_what_fails_at_the_end_is_a_note_of_the_programs_own_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def fails(robot: Robot) -> None:
+        raise TransportError("no stop was confirmed")
+
+    monkeypatch.setattr(Robot, "close", fails)
+    with pytest.raises(ValueError, match="^mine\n") as caught:
+        async with connect(DEPLOYMENT, bus=ScriptedRobot().bus):
+            raise ValueError("mine")
+    assert caught.value.__notes__ == ["and at the end of the robot's block: no stop was confirmed"]
+    with pytest.raises(TransportError, match="^no stop was confirmed$"):
+        async with connect(DEPLOYMENT, bus=ScriptedRobot().bus):
+            pass

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn
 
@@ -97,7 +98,7 @@ class Connection:
         return self._robots[-1]
 
     async def __aexit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        with suppress(FairleadError) if error else nullcontext():  # the program's own says more
+        with _noted(error):
             await self._robots.pop().close()
 
     def __enter__(self) -> RobotClient:
@@ -105,8 +106,19 @@ class Connection:
         return self._clients[-1]
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        with suppress(FairleadError) if error else nullcontext():
+        with _noted(error):
             self._clients.pop().close()
+
+
+@contextmanager
+def _noted(error: BaseException | None) -> Iterator[None]:
+    """What goes wrong at the end of a block does not hide the error that ended it."""
+    try:
+        yield
+    except FairleadError as ending:
+        if error is None:
+            raise
+        error.add_note(f"and at the end of the robot's block: {ending}")
 
 
 def connect(
