@@ -232,6 +232,13 @@ TRACKING: dict[str, tuple[Change, str]] = {
         "parts.gripper.modes.gripper_position: expected lower and upper inside the bounds of "
         "panda_gripper, 0 and 0.08, got 0 and 0.09",
     ),
+    "a switch beside other modes": (
+        put(
+            f"{BASE}.modes.composite_mode",
+            {"step_limit": 2.0, "switching": "anywhere", "source": "x"},
+        ),
+        "parts.base.modes: expected composite_mode alone, got joint_velocity beside it",
+    ),
     "switching somewhere": (
         put(f"{SWITCH}.switching", "sometimes"),
         "parts[3].modes.composite_mode.switching: expected anywhere or at_standstill, got "

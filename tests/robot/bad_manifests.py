@@ -28,6 +28,14 @@ def turning_jaw(data: dict[str, Any]) -> None:
     jaw["type"] = "revolute"
 
 
+def second_switch(data: dict[str, Any]) -> None:
+    """The base has a composite switch beside its own modes."""
+    (base,) = (part for part in data["parts"] if part["name"] == "base")
+    base["modes"].append("composite_mode")
+    parts = data["safety"]["sim"]["parts"]
+    parts["base"]["composite_mode"] = parts["composite"]["composite_mode"]
+
+
 BAD: dict[str, tuple[Change, str]] = {
     "no capsules": (drop("capsules"), "capsules: is missing"),
     "a joint twice in a part": (
@@ -128,6 +136,10 @@ BAD: dict[str, tuple[Change, str]] = {
     "transition twice": (
         put(f"{BASE}.transitions", [["body_twist", "joint_velocity"]] * 2),
         "part 'base': transitions: ['body_twist', 'joint_velocity'] is there 2 times",
+    ),
+    "a switch beside other modes": (
+        second_switch,
+        "part 'base' modes: expected composite_mode alone, got joint_velocity, body_twist beside",
     ),
     "switching somewhere": (
         put(f"{SIM}.parts.composite.composite_mode.switching", "sometimes"),

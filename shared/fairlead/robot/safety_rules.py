@@ -108,6 +108,9 @@ def _part_problems(joints: Sequence[Joint], part: Part, limits: PartSafety) -> I
                 yield (
                     f"{key}: {name}: expected one per joint, {len(part.joints)}, got {len(numbers)}"
                 )
+    if "composite_mode" in limits.names and len(limits.names) > 1:
+        others = [name for name in limits.names if name != "composite_mode"]
+        yield f"{key} modes: expected composite_mode alone, got {', '.join(others)} beside it"
     moves_tool = not _TOOL_MODES.isdisjoint(limits.names)
     if moves_tool != (limits.singularity_limit is not None):
         state = "missing" if moves_tool else "given without a cartesian mode"

@@ -163,16 +163,6 @@ TEST_CASE("G025 a switch that is up is not turned down by leaving it out, but at
   CHECK(robot.of(without, held).evidence.code == 0);
 }
 
-TEST_CASE("G025 rows of another mode of its part turn no switch, and leave it down") {
-  Judged robot;
-  robot.claim.modes[gripper].composite_mode = robot.claim.modes[composite].composite_mode;
-  robot.state.velocities[gripper_joint] = 0.25;
-  const ChunkBuilder grips = ChunkBuilder().scalar(gripper, Mode::gripper_position, {0.04});
-  const RowBefore before{&grips.chunk, 0, true, &robot.memories};
-  CHECK(robot.of(grips, before).evidence.code == 0);
-  CHECK(robot.of(switched({-1.0}), before).evidence.code == 0);
-}
-
 TEST_CASE("G025 the row that acted last is remembered over holds, claims and standstill") {
   for (const bool lockstep : {true, false}) {
     GateRig rig(lockstep);

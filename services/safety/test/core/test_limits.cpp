@@ -106,6 +106,7 @@ TEST_CASE("joints, parts and modes must agree") {
           l.parts[base].modes.joint_position = joint_mode({0, 1, 2}, 0.1);
         }) == "parts.base.modes.joint_position: base_x has no bounds to judge positions by");
   CHECK(fault_after([](Limits& l) {
+          l.parts[composite].modes = ModeLimits{};
           l.parts[composite].modes.joint_velocity = joint_mode({}, 0.1);
         }) == "parts.composite.modes.joint_velocity: the part has no joints");
   CHECK(fault_after([](Limits& l) {

@@ -185,9 +185,10 @@ Judgement judge_path(PathRoom& room, const RobotModel& model, const ClaimLimits&
 Evidence check_running(const RobotModel& model, const ClaimLimits& claim,
                        const MeasuredState& state, const ActionChunk& chunk, std::size_t row) {
   const Limits& limits = model.limits;
+  const JointSet outside = outside_of(limits, state);
   for (const ActionPart& action : chunk.parts) {
     const Evidence evidence = check_acting(
-        {model, claim.modes[action.part], state, row_of(action, row, limits), Setpoint{}});
+        {model, claim.modes[action.part], state, row_of(action, row, limits), {}, outside});
     if (!evidence.ok())
       return at(evidence, static_cast<std::int64_t>(row), limits.parts[action.part].name);
   }

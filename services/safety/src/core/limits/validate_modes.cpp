@@ -132,6 +132,16 @@ Text check_gain_of_left(const Limits& limits, const CartesianLimits& block, cons
                 block.gain.upper);
 }
 
+// Rows of another mode would leave open which way the switch stands.
+Text check_switch_alone(const PartLimits& part) {
+  if (!part.modes.composite_mode.supported) return {};
+  for (std::uint8_t mode = 0; mode != mode_count; ++mode)
+    if (mode != static_cast<std::uint8_t>(Mode::composite_mode) && part.modes.supports(mode))
+      return phrase("parts.", part.name, ".modes: expected composite_mode alone, got ",
+                    mode_name(mode), " beside it");
+  return {};
+}
+
 Text check_mode(const Limits& limits, const PartLimits& part, Mode mode) {
   const auto number = static_cast<std::uint8_t>(mode);
   if (!part.modes.supports(number)) return {};
@@ -154,7 +164,7 @@ Text check_mode(const Limits& limits, const PartLimits& part, Mode mode) {
 }  // namespace
 
 Text check_modes(const Limits& limits, const PartLimits& part) {
-  Text fault;
+  Text fault = check_switch_alone(part);
   for (std::uint8_t mode = 0; mode != mode_count; ++mode)
     if (fault.empty()) fault = check_mode(limits, part, static_cast<Mode>(mode));
   return fault;

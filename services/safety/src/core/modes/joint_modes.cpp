@@ -23,6 +23,8 @@ std::string_view unit_of(const RowView& view, std::size_t j) {
   return view.mode() == velocity_mode ? velocity_unit(kind) : position_unit(kind);
 }
 
+bool is_outside(const RowView& view, std::size_t j) { return (view.outside & only(j)) != 0; }
+
 // The first fault that a rule finds among the joints that the row commands.
 template <class Rule>
 Evidence each_active(const RowView& view, const Rule& rule) {
@@ -42,9 +44,9 @@ Evidence within_step(std::uint32_t code, const RowView& view, std::size_t j, dou
 // G011: where the joint is measured outside, its target lies strictly nearer to its bounds than
 // what it follows.
 Evidence target_leads_back(const RowView& view, std::size_t j) {
+  if (!is_outside(view, j)) return {};
   const JointLimits& joint = view.limits.joints[j];
   const double measured = view.state.positions[j];
-  if (!is_outside(joint, measured)) return {};
   const bool follows = view.previous.action != nullptr;
   const double now = std::abs(excess(joint.bounds, view.now[j]));
   const double then = std::abs(excess(joint.bounds, follows ? view.previous[j] : measured));
@@ -54,11 +56,10 @@ Evidence target_leads_back(const RowView& view, std::size_t j) {
 
 // G011: where the joint is measured outside, its velocity points towards its bounds.
 Evidence velocity_leads_back(const RowView& view, std::size_t j) {
+  if (!is_outside(view, j)) return {};
   const JointLimits& joint = view.limits.joints[j];
-  const double measured = view.state.positions[j];
-  if (!is_outside(joint, measured)) return {};
   const double velocity = view.now[j];
-  const bool too_low = std::signbit(excess(joint.bounds, measured));
+  const bool too_low = std::signbit(excess(joint.bounds, view.state.positions[j]));
   if (too_low ? velocity > 0.0 : velocity < 0.0) return {};
   return (too_low ? below : above)(code::state, joint.name.view(), velocity, 0.0,
                                    velocity_unit(joint.kind), back_rule);
@@ -74,7 +75,7 @@ Evidence joint_target_absolute(const RowView& view) {
     if (!joint.bounded) continue;
     const auto& [lower, upper, tolerance] = joint.bounds;
     const double target = view.now[j];
-    const bool outside = is_outside(joint, view.state.positions[j]);
+    const bool outside = is_outside(view, j);
     if (!outside && target >= lower && target <= upper) continue;
     const Evidence evidence =
         outside ? target_leads_back(view, j)

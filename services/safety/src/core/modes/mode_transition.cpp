@@ -38,7 +38,7 @@ bool rests(const ClaimLimits& claim, const RowBefore& before) {
 // What a part's switch turns from.
 Switch switched_before(const Limits& limits, const RowBefore& before, std::size_t part) {
   const Setpoint acted = command_of(part, before, limits);
-  if (acted.action != nullptr && is_switch(*acted.action)) return switch_of(acted[0]);
+  if (acted.action != nullptr) return switch_of(acted[0]);
   if (before.chunk != nullptr) return Switch::negative;  // left out of that row, it is down
   return before.memories != nullptr ? (*before.memories)[part].composite : Switch::none;
 }
@@ -68,7 +68,7 @@ Evidence check_switch(const Limits& limits, const MeasuredState& state, const Cl
                       const RowBefore& before, std::size_t part, const Setpoint& now) {
   const ScalarLimits& mode = claim.modes[part].composite_mode;
   const bool left_out = now.action == nullptr;
-  if (!mode.supported || mode.switches_anywhere || !(left_out || is_switch(*now.action))) return {};
+  if (!mode.supported || mode.switches_anywhere) return {};
   const double value = left_out ? -1.0 : now[0];
   const Switch from = switched_before(limits, before, part);
   if (from == Switch::none || from == switch_of(value)) return {};

@@ -26,11 +26,20 @@ bool decides_itself(const RowView& view, std::size_t joint) {
 
 }  // namespace
 
+JointSet outside_of(const Limits& limits, const MeasuredState& state) {
+  JointSet outside = 0;
+  for (std::size_t j = 0; j < limits.joints.size(); ++j)
+    if (limits.joints[j].bounded && is_outside(limits.joints[j].bounds, state.positions[j]))
+      outside |= only(j);
+  return outside;
+}
+
 Evidence check_outside(const RowView& view) {
-  for (const std::size_t j : view.part().joints) {
+  for (const std::size_t j :
+       JointsIn(view.outside & view.model.part_joints[view.now.action->part])) {
+    if (decides_itself(view, j)) continue;
     const JointLimits& joint = view.limits.joints[j];
     const double measured = view.state.positions[j];
-    if (!is_outside(joint, measured) || decides_itself(view, j)) continue;
     constexpr std::string_view rule =
         "measured outside bounds + tolerance: only rows that reduce it";
     const std::string_view unit = position_unit(joint.kind);
@@ -118,8 +127,8 @@ Evidence RowLimitCheck::check(std::size_t row) const {
   const auto each_part = [&](const auto& rule) -> Evidence {
     for (const ActionPart& action : chunk.parts) {
       const Setpoint previous = is_first ? Setpoint{} : row_of(action, row - 1, limits);
-      const RowView view{model, claim.modes[action.part], state, row_of(action, row, limits),
-                         previous};
+      const RowView view{
+          model, claim.modes[action.part], state, row_of(action, row, limits), previous, outside};
       const Evidence evidence = rule(view);
       if (!evidence.ok()) return at(evidence, static_cast<std::int64_t>(row), view.part().name);
     }

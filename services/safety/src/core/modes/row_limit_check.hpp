@@ -23,9 +23,8 @@ inline double excess(const Bounds& bounds, double position) {
 inline bool is_outside(const Bounds& bounds, double measured) {
   return !(std::abs(excess(bounds, measured)) <= bounds.tolerance);
 }
-inline bool is_outside(const JointLimits& joint, double measured) {
-  return joint.bounded && is_outside(joint.bounds, measured);
-}
+/// The commanded joints that are measured so.
+JointSet outside_of(const Limits& limits, const MeasuredState& state);
 
 /// A joint of the part is outside and this row cannot be seen to bring it back.
 /// Targets and velocities of the joint itself are judged by their mode instead.
@@ -79,6 +78,7 @@ struct RowLimitCheck {
   const ActionChunk& chunk;
   std::size_t first_row;
   const RowBefore& before;
+  const JointSet outside = outside_of(model.limits, state);
 
   /// What is wrong with the row, over all parts of the chunk: it runs for all of them or for none.
   [[nodiscard]] Evidence check(std::size_t row) const;

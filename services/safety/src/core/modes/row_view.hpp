@@ -41,6 +41,7 @@ struct RowView {
   const MeasuredState& state;
   Setpoint now;
   Setpoint previous;  // the row before it in its chunk; of no action for the first live row
+  JointSet outside;   // measured joints outside their bounds
   const Limits& limits = model.limits;
 
   [[nodiscard]] const PartLimits& part() const { return limits.parts[now.action->part]; }
