@@ -45,13 +45,13 @@ TEST_CASE("a slide is told at most its own speed, or both slides' where rows are
   Limits limits = test_limits();
   limits.joints[base_x].velocity_limit = 3.0;
   limits.joints[base_y].velocity_limit = 4.0;
-  CHECK(fastest_told(limits, base_x) == 3.0);
-  CHECK(fastest_told(limits, base_y) == 4.0);
+  CHECK(fastest_command(limits, base_x) == 3.0);
+  CHECK(fastest_command(limits, base_y) == 4.0);
   limits.base.against_yaw = true;
-  CHECK(fastest_told(limits, base_x) == 5.0);
-  CHECK(fastest_told(limits, base_y) == 5.0);
-  CHECK(fastest_told(limits, base_yaw) == 1.5);
-  CHECK(fastest_told(limits, arm_1) == 1.5);
+  CHECK(fastest_command(limits, base_x) == 5.0);
+  CHECK(fastest_command(limits, base_y) == 5.0);
+  CHECK(fastest_command(limits, base_yaw) == 1.5);
+  CHECK(fastest_command(limits, arm_1) == 1.5);
   limits.base.present = false;
-  CHECK(fastest_told(limits, base_x) == 3.0);
+  CHECK(fastest_command(limits, base_x) == 3.0);
 }

@@ -3,7 +3,7 @@
 
 #include <doctest/doctest.h>
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "free_arm.hpp"
 #include "two_arms.hpp"
 

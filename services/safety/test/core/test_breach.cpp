@@ -3,7 +3,7 @@
 #include <doctest/doctest.h>
 
 #include "boundary.hpp"
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -6,7 +6,7 @@
 #include <csignal>
 
 #include "chunk_builder.hpp"
-#include "core/modes/row_view.hpp"
+#include "core/modes/commanded_motion.hpp"
 #include "core/release/part_history.hpp"
 
 using namespace fairlead;

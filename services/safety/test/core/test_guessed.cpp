@@ -3,7 +3,7 @@
 
 #include <doctest/doctest.h>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 #include "free_arm.hpp"
 
 using namespace fairlead;

@@ -4,7 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "free_arm.hpp"
 
 using namespace fairlead;

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/trajectory/prediction.hpp"
 #include "free_arm.hpp"
 

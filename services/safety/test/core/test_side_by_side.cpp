@@ -255,9 +255,10 @@ TEST_CASE("realtime: rows of a claim that has ended are not judged again, wherev
       if (ended) rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
       rig.positions[base_x] = 0.3;  // pushed to the side, towards the pillar
       rig.advance(0.05, Acted{0, rig.sledge, 1}, Acted{0, rig.tool, 1});
-      bool is_told = false;
-      for (const Verdict& verdict : rig.verdicts()) is_told |= verdict.claim_id == rig.sledge_claim;
-      CHECK(is_told == !ended);
+      bool is_commanded = false;
+      for (const Verdict& verdict : rig.verdicts())
+        is_commanded |= verdict.claim_id == rig.sledge_claim;
+      CHECK(is_commanded == !ended);
     }
   }
 }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/release/acting_rows.hpp"
 #include "core/release/claim_table.hpp"
 #include "core/trajectory/trajectory_check.hpp"

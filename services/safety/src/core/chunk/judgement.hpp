@@ -3,7 +3,9 @@
 
 #include <array>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "core/release/part_history.hpp"
@@ -54,6 +56,34 @@ struct RowBefore {
   std::size_t row = 0;
   bool measured = true;  // the newest state was measured after it acted (lockstep)
   const PartMemories* memories = nullptr;  // by part; nullptr: nothing moved before
+};
+
+/// What another claim has released for the same ticks: its parts move too.
+struct Companion {
+  RowBefore before;                    // its row in the tick before `row`, as for the claim itself
+  const ActionChunk* chunk = nullptr;  // nullptr: no released row left
+  std::size_t row = 0;                 // acts in the tick of the judged chunk's first row
+  std::size_t end_row = 0;             // its parts hold from this row on
+};
+using Companions = std::span<const Companion>;
+
+/// Of configurations that one judgement looks at, or one step of all claims together. Good
+/// demonstrations take up to 81, chunks made to cause a breach up to 367.
+inline constexpr std::size_t max_queries = 512;
+
+/// Which rows of a chunk are judged. Those before `certified_end` can act before the gate judges
+/// anew: whatever shares of them happen, they keep to the limits, and so does the stop behind each.
+/// Those after it are forecast, by the middle of each gain: they are certified before they act.
+struct JudgedRows {
+  std::size_t first = 0;
+  std::size_t end = 0;
+  std::size_t certified_end = 0;
+  std::size_t queries = max_queries;
+
+  /// All of them are certified.
+  static JudgedRows all(std::size_t first, std::size_t end, std::size_t queries = max_queries) {
+    return {first, end, end, queries};
+  }
 };
 
 struct Judgement {
@@ -138,6 +168,26 @@ struct Rule {
 
  private:
   explicit Rule(const Text& text) : words(text.view()) {}
+};
+
+/// How many configurations a judgement may query, and has: this bounds the time that it takes.
+class QueryBudget {
+ public:
+  explicit QueryBudget(std::size_t most = max_queries) : most_(most) {}
+
+  /// G030 where none is left.
+  Evidence take() {
+    if (taken_ == most_)
+      return above(code::unreachable, "queries", static_cast<double>(taken_),
+                   static_cast<double>(most_), "1", "configurations that one judgement queries");
+    ++taken_;
+    return {};
+  }
+  [[nodiscard]] std::size_t taken() const { return taken_; }
+
+ private:
+  std::size_t most_;
+  std::size_t taken_ = 0;
 };
 
 /// A rule that has no magnitude, and so no margin: what was found and what was expected.

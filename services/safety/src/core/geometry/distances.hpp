@@ -1,8 +1,10 @@
 // Distances between the shapes that the geometric checks know: segments, points and boxes. In
-// metres; not a number wherever one goes in.
+// metres; not a number wherever one goes in. And when a row is at fault for such a distance.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
 
 namespace fairlead {
 
@@ -24,5 +26,26 @@ double segment_distance(const Segment& one, const Segment& other);
 /// Smallest distance of a segment from a box; where it reaches into it, how deep it lies behind the
 /// nearest face, negative.
 double box_distance(const Segment& segment, const Box& box);
+
+// What two computations of the same distance may differ by [m, or of a singular value].
+inline constexpr double unchanged = 1e-6;
+
+/// What a row that finds a limit broken may do: not act, leave it better, or leave it as it is too.
+enum class Excuse : std::uint8_t { none, better, as_it_is };
+
+/// A margin is what is left to a limit, negative beyond it. Where it was negative before the row
+/// already, the row may leave it as `excuse` says. `margin_before()` is asked beyond it only.
+template <class Before>
+bool is_breach(double margin, const Before& margin_before, Excuse excuse = Excuse::as_it_is) {
+  if (margin >= 0.0) return false;
+  if (excuse == Excuse::none) return true;
+  const double before = margin_before();
+  const double least = excuse == Excuse::better ? before + unchanged : before - unchanged;
+  return !(before < 0.0 && margin >= least);
+}
+
+/// std::min and std::max drop a second argument that is no number, and keep a first.
+inline double smaller(double a, double b) { return std::isnan(a) ? a : std::min(b, a); }
+inline double larger(double a, double b) { return std::isnan(a) ? a : std::max(b, a); }
 
 }  // namespace fairlead

@@ -5,7 +5,6 @@
 
 #include "core/chunk/judgement.hpp"
 #include "core/geometry/distances.hpp"
-#include "core/geometry/margin.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
 #include "core/trajectory/displacement_bound.hpp"
 
@@ -27,7 +26,7 @@ struct Clearance {
 
 class ShapeCheck {
  public:
-  /// Of what any of `commanded` moves. `guessed`: joints of tools that are told a motion, of which
+  /// Of what any of `commanded` moves. `guessed`: joints of tools commanded by motions, of which
   /// a controller makes what it likes. What these broke they may mend, or an operator has to: a
   /// tool outside its box as long as that brings it nearer, capsules too near each other not at
   /// all.
@@ -54,10 +53,10 @@ class ShapeCheck {
   }
   void deviate_by(const Joints& ways) { deviation_.emplace(model_, ways); }
 
-  /// Where the row before told targets, if it did. A row may leave what is broken no further beyond
-  /// the limit than it was told before: else an arm that sags, told each time to be where it is, or
-  /// a little better, would sink without end.
-  void told_to_be(const FramePoses* poses) { told_ = poses; }
+  /// The targets of the row before, if it had any. A row may leave what is broken no further beyond
+  /// the limit than they do: else an arm that sags, commanded each time to where it is, or a little
+  /// better, would sink without end.
+  void note_targets_before(const FramePoses* poses) { targets_before_ = poses; }
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
   /// Without a fault, `found`: how clear it is, which need not be more than `share` of the bound.
@@ -99,11 +98,12 @@ class ShapeCheck {
                                  const MarginOf& margin_of) const {
     const auto margin_before = [&] { return margin_of(before); };
     if (is_breach(margin, margin_before, excuse)) return true;
-    return margin < 0.0 && told_ != nullptr && margin < margin_of(*told_) - unchanged;
+    return margin < 0.0 && targets_before_ != nullptr &&
+           margin < margin_of(*targets_before_) - unchanged;
   }
 
   const RobotModel& model_;
-  const FramePoses* told_ = nullptr;
+  const FramePoses* targets_before_ = nullptr;
   JointSet commanded_;
   JointSet guessed_;
   double tool_drift_ = 0.0;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 
 namespace fairlead {
 namespace {

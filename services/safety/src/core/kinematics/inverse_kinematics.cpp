@@ -26,7 +26,7 @@ constexpr double longest_step = 0.5;
 
 // A motion is made by steps, until one moves no joint by more than this [rad or m]; the next would
 // move it by a seventh of that at most (where G033 lets through the least). So few steps are enough
-// except close to a singularity, and rows that are told one after the other add up to little.
+// except close to a singularity, and rows that follow each other add up to little.
 constexpr double last_step = 2e-3;
 constexpr int most_motion_steps = 6;
 

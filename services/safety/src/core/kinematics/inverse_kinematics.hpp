@@ -1,4 +1,4 @@
-// What the joints of a part do when its tool is told to move: damped least squares.
+// What the joints of a part do when its tool is commanded to move: damped least squares.
 #pragma once
 
 #include <Eigen/Core>

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 #include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {
@@ -186,7 +186,7 @@ void add_distances(RobotModel& model) {
 
 RobotModel::RobotModel(const Limits& robot_limits) : limits(robot_limits) {
   period_s = static_cast<double>(limits.period_ns) * 1e-9;
-  for (std::size_t j = 0; j < limits.joints.size(); ++j) fastest[j] = fastest_told(limits, j);
+  for (std::size_t j = 0; j < limits.joints.size(); ++j) fastest[j] = fastest_command(limits, j);
   add_frames(*this);
   for (const ModelFrame& frame : frames) tree_joints |= frame.movers;
   add_capsules(*this);

@@ -112,7 +112,7 @@ struct RobotModel {
   FixedVec<ModelVolume, max_volumes> volumes;
   std::array<ModelTool, max_parts> tools;
   std::array<JointSet, max_parts> part_joints{};
-  std::array<double, max_joints> fastest{};  // that a joint can be told to go (`fastest_told`)
+  std::array<double, max_joints> fastest{};  // that a joint can be commanded (`fastest_command`)
   double base_extent = 0.0;                  // of the footprint from the yaw axis [m]
   JointSet base_joints = 0;
   JointSet tree_joints = 0;  // those that move a link

@@ -1,14 +1,40 @@
-// A row's numbers as motions and poses, and the base's measured motion in the same terms.
+// A row's numbers, as motions and poses too, and the base's measured motion in the same terms.
 #pragma once
 
 #include <cmath>
 
+#include "core/chunk/judgement.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
 #include "core/kinematics/robot_model.hpp"
-#include "core/modes/row_view.hpp"
 #include "fairlead_safety/limits.hpp"
 
 namespace fairlead {
+
+/// The numbers that command one part in one tick.
+struct Setpoint {
+  const ActionPart* action = nullptr;
+  std::size_t offset = 0;  // of the row's first number
+
+  double operator[](std::size_t i) const { return action->values[offset + i]; }
+  /// Joint modes: whether the joint is commanded; its number is padding if not.
+  [[nodiscard]] bool commands(std::size_t joint) const {
+    return is_joint_mode(action->mode) &&  // GCOVR_EXCL_BR_LINE: edges of exceptions, both lines
+           action->active.contains(        // GCOVR_EXCL_BR_LINE: nothing here throws
+               static_cast<std::uint8_t>(joint));
+  }
+};
+
+inline Setpoint row_of(const ActionPart& action, std::size_t row, const Limits& limits) {
+  return {&action, row * mode_width(action.mode, limits.joints.size())};
+}
+
+/// What a row commands of one part; of no action if it leaves it out, or there is no row.
+inline Setpoint command_of(std::size_t part, const RowBefore& row, const Limits& limits) {
+  if (row.chunk == nullptr) return {};
+  for (const ActionPart& action : row.chunk->parts)
+    if (action.part == part) return row_of(action, row.row, limits);
+  return {};
+}
 
 /// A delta or a twist: three linear and three angular numbers.
 inline Twist halves(const Setpoint& row) {
@@ -44,8 +70,8 @@ inline Pose pose_of(const Setpoint& row) {
 /// What a row of joint_velocity makes of one joint [rad/s, m/s]. The two slides of a base whose
 /// commands turn against its yaw get what is left of the row when that has been turned.
 /// `positions`: where the joints are when the row begins.
-inline double told_velocity(const Limits& limits, const Setpoint& row, std::size_t joint,
-                            const std::array<double, max_measured>& positions) {
+inline double commanded_velocity(const Limits& limits, const Setpoint& row, std::size_t joint,
+                                 const std::array<double, max_measured>& positions) {
   if (!limits.base.is_turned(joint)) return row[joint];
   const auto& [x, y, yaw] = limits.base.joints;
   const double cosine = std::cos(positions[yaw]), sine = std::sin(positions[yaw]);
@@ -54,7 +80,7 @@ inline double told_velocity(const Limits& limits, const Setpoint& row, std::size
 
 /// How fast a joint can be commanded to go. A row of a base whose commands turn against its yaw is
 /// limited before it is turned: one slide may get what was commanded of both.
-inline double fastest_told(const Limits& limits, std::size_t joint) {
+inline double fastest_command(const Limits& limits, std::size_t joint) {
   if (!limits.base.is_turned(joint)) return limits.joints[joint].velocity_limit;
   const auto& [x, y, yaw] = limits.base.joints;
   return std::hypot(limits.joints[x].velocity_limit, limits.joints[y].velocity_limit);

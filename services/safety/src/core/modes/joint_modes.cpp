@@ -116,7 +116,7 @@ Evidence joint_target_start(const RowView& view, const Setpoint*) {
 Evidence joint_velocity_start(const RowView& view, const Setpoint* acted) {
   return each_active(view, [acted](const RowView& row, std::size_t j) {
     if (acted != nullptr && acted->commands(j)) return Evidence{};
-    const double commanded = told_velocity(row.limits, row.now, j, row.state.positions);
+    const double commanded = commanded_velocity(row.limits, row.now, j, row.state.positions);
     return within_step(code::start, row, j, commanded - row.state.velocities[j]);
   });
 }

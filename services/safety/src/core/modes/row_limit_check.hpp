@@ -10,9 +10,38 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/modes/row_view.hpp"
+#include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {
+
+/// One row of one part's command, and all that it is judged by.
+struct RowView {
+  const RobotModel& model;
+  const ModeLimits& modes;  // the claim's own
+  const MeasuredState& state;
+  Setpoint now;
+  Setpoint previous;  // the row before it in its chunk; of no action for the first live row
+  JointSet outside;   // measured joints outside their bounds
+  const Limits& limits = model.limits;
+
+  [[nodiscard]] const PartLimits& part() const { return limits.parts[now.action->part]; }
+  [[nodiscard]] std::uint8_t mode() const { return now.action->mode; }
+};
+
+/// One number against a range that includes its ends.
+inline Evidence in_range(std::string_view axis, double value, double lower, double upper,
+                         std::string_view unit, const Text& source) {
+  if (!(value <= upper)) return above(code::absolute, axis, value, upper, unit, source.view());
+  if (!(value >= lower)) return below(code::absolute, axis, value, lower, unit, source.view());
+  return {};
+}
+
+/// A change, of either sign, up to and including its limit.
+inline Evidence at_most(std::uint32_t code, std::string_view axis, double value, double limit,
+                        std::string_view unit, const Text& source) {
+  if (std::abs(value) <= limit) return {};
+  return above(code, axis, std::abs(value), limit, unit, source.view());
+}
 
 /// How far `position` lies outside the bounds, signed by the side; 0 inside.
 inline double excess(const Bounds& bounds, double position) {

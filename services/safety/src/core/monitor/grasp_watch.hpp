@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/modes/row_view.hpp"
+#include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/kinematics/forward_kinematics.hpp"
-#include "core/modes/row_view.hpp"
+#include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {
 

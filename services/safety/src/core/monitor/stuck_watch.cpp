@@ -89,7 +89,7 @@ void StuckWatch::add_joint(const MotionView& view, std::size_t j) {
   Commanded& commanded = joints_[j].commanded;
   if (view.mode() == static_cast<std::uint8_t>(Mode::joint_velocity)) {
     const double share = share_of(view.modes.joint_velocity.gain) * view.period_s();
-    const double velocity = told_velocity(view.limits, view.now, j, view.before.positions);
+    const double velocity = commanded_velocity(view.limits, view.now, j, view.before.positions);
     return commanded.add({{share * velocity, 0.0, 0.0}, Eigen::Vector3d::Zero()});
   }
   const double left = std::abs(measured_change(joint, view.state.positions[j], view.now[j]));

@@ -51,7 +51,7 @@ Evidence check_velocities(const MotionView& view) {
   const auto along = [](double velocity) { return Eigen::Vector3d(velocity, 0.0, 0.0); };
   for (const std::uint8_t j : view.now.action->active) {
     const auto commanded_by = [&](const Setpoint& row) {
-      return along(told_velocity(view.limits, row, j, view.before.positions));
+      return along(commanded_velocity(view.limits, row, j, view.before.positions));
     };
     const Eigen::Vector3d commanded = commanded_by(view.now);
     const bool goes_on = view.previous.action != nullptr && view.previous.commands(j);

@@ -2,7 +2,7 @@
 // have released for the ticks after.
 #pragma once
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/gate/hal_link.hpp"
 #include "core/release/claim_table.hpp"
 #include "core/release/part_history.hpp"

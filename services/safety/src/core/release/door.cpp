@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/modes/row_view.hpp"
+#include "core/modes/commanded_motion.hpp"
 
 namespace fairlead {
 

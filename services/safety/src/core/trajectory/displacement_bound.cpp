@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 
 namespace fairlead {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/chunk/state_check.hpp"
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/modes/commanded_motion.hpp"
 #include "core/trajectory/braking.hpp"
@@ -69,16 +69,16 @@ Evidence Prediction::advance() {
   ++steps_;
   interval_before_ = interval_;
   for (Branch& branch : branches()) branch.begin_row();
-  settle_untold();
+  settle_uncommanded();
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
-  targets_told_ = 0;  // what rows tell from here on is where the branches are
-  if (steps_ > 1)     // a target was reached from wherever it was
+  has_earlier_target_ = 0;  // what rows command from here on is where the branches are
+  if (steps_ > 1)           // a target was reached from wherever it was
     for (const std::size_t j : JointsIn(moving_ & ~lagging_)) start_off_[j] = 0.0;
   return fault.ok() ? check_finite() : fault;
 }
 
-// Joints that the rows of the `step`-th tick tell something.
-JointSet Prediction::told_in(std::size_t step) const {
+// Joints that the rows of the `step`-th tick command.
+JointSet Prediction::commanded_in(std::size_t step) const {
   JointSet joints = commanded_;
   for (const Companion& companion : companions_)
     if (companion.chunk != nullptr && companion.row + step - 1 < companion.end_row)
@@ -86,17 +86,17 @@ JointSet Prediction::told_in(std::size_t step) const {
   return joints;
 }
 
-// What nothing tells anything brakes, and is where that ends from this row on. Where others hold it
+// What nothing commands brakes, and is where that ends from this row on. Where others hold it
 // is that one row later: so the chunk's rows meet it where it was and where it comes to rest.
-void Prediction::settle_untold() {
-  const JointSet told = told_in(steps_);
+void Prediction::settle_uncommanded() {
+  const JointSet commanded = commanded_in(steps_);
   for (std::size_t i = 0; i < branch_count_; ++i) {
     Branch& branch = branches_[i];
     const bool holds = i >= branch_count_ - holding_count_;
     if (holds && steps_ == 1) continue;
-    const JointSet untold = moving_ & ~(holds ? commanded_ : told);
-    const Braking braking(model_, branch, untold, lagging());
-    for (const std::size_t j : JointsIn(untold)) {
+    const JointSet left = moving_ & ~(holds ? commanded_ : commanded);
+    const Braking braking(model_, branch, left, lagging());
+    for (const std::size_t j : JointsIn(left)) {
       branch.now[j] = braking.end()[j];
       branch.speed[j] = 0.0;
     }
@@ -148,20 +148,20 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 
 // No joint is faster than its limit: of a row that asks for more, the controller makes less. In
 // the first row it may still be as fast as it is measured, if that is the same way, or already as
-// slow as told; and a target is reached from wherever the hold before has left the joint.
+// slow as commanded; and a target is reached from wherever the hold before has left the joint.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
   const double limit = model_.fastest[joint];
-  const double told = change / model_.period_s;
+  const double commanded = change / model_.period_s;
   double& speed = branch.speed[joint];
-  speed = std::clamp(told, -limit, limit);
+  speed = std::clamp(commanded, -limit, limit);
   if (steps_ != 1) return;
   const double off = reach_off(joint), sign = speed < 0.0 ? -1.0 : 1.0;
-  const double slow = std::clamp(told - sign * off, -limit, limit);
+  const double slow = std::clamp(commanded - sign * off, -limit, limit);
   const double measured = measured_speed(model_.limits, state_, joint);
-  double fast = std::clamp(told + sign * off, -limit, limit);
+  double fast = std::clamp(commanded + sign * off, -limit, limit);
   if (speed > 0.0 ? measured > fast : speed < 0.0 && measured < fast) fast = measured;
   if (fast == slow) return;
-  branch.told[joint] = slow;
+  branch.slower[joint] = slow;
   branch.slowing |= only(joint);
   speed = fast;
 }
@@ -171,9 +171,9 @@ double Prediction::reach_off(std::size_t joint) const {
   return (lagging_ & only(joint)) != 0 ? 0.0 : start_off_[joint] / model_.period_s;
 }
 
-// Where the row before told the joint to be, if it did: what is measured may lag behind that.
+// The joint's target in the row before, if it had one: what is measured may lag behind that.
 double Prediction::came_from(const Branch& branch, std::size_t joint) const {
-  return (targets_told_ & only(joint)) != 0 ? told_[joint] : branch.before[joint];
+  return (has_earlier_target_ & only(joint)) != 0 ? earlier_targets_[joint] : branch.before[joint];
 }
 
 // A target is reached; how fast, says the row before it.
@@ -188,8 +188,8 @@ void Prediction::apply_targets(const Command& command, Branch& branch) {
 void Prediction::apply_velocities(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
   for (const std::size_t j : JointsIn(moved_by(model_, command.action))) {
-    const double told = told_velocity(model_.limits, command.row, j, branch.before);
-    const double change = gain(command, index) * told * model_.period_s;
+    const double commanded = commanded_velocity(model_.limits, command.row, j, branch.before);
+    const double change = gain(command, index) * commanded * model_.period_s;
     note_speed(branch, j, change);
     branch.now[j] += change;
   }

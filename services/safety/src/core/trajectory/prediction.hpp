@@ -11,10 +11,10 @@
 #include <optional>
 #include <span>
 
-#include "core/chunk/judge_rows.hpp"
+#include "core/chunk/judgement.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
-#include "core/modes/row_view.hpp"
+#include "core/modes/commanded_motion.hpp"
 #include "core/trajectory/unequal_shares.hpp"
 
 namespace fairlead {
@@ -29,14 +29,14 @@ struct Branch {
   Joints now;
   Joints speed;
   Joints before;
-  /// Joints that may go at two speeds: `speed` is as measured, where that is faster than the row
-  /// tells, `told` as told; or they are of the two ends from which a first target is reached.
+  /// Joints that may go at two speeds, `speed` and `slower`: as measured, and as commanded where
+  /// that is slower; or from the two ends from which a first target is reached.
   JointSet slowing = 0;
-  Joints told;
+  Joints slower;
   std::array<FramePoses, 2> poses;
   std::size_t newest = 0;
-  /// By part, what its tool was told to move and has not yet [m, rad], along the root's axes; not a
-  /// number where nobody knows.
+  /// By part, what its tool was commanded to move and has not yet [m, rad], along the root's axes;
+  /// not a number where nobody knows.
   std::array<Motion6, max_parts> left;
 
   Branch() = default;
@@ -49,7 +49,7 @@ struct Branch {
   [[nodiscard]] const FramePoses& poses_now() const { return poses[newest]; }
   [[nodiscard]] const FramePoses& poses_before() const { return poses[newest ^ 1U]; }
 
-  /// As if they were as fast as told.
+  /// With the slower speeds.
   [[nodiscard]] Branch slowed() const;
   /// What was reached is what the next row starts from.
   void begin_row() {
@@ -92,10 +92,10 @@ class Prediction {
   [[nodiscard]] JointSet commanded() const { return commanded_; }
   /// Joints whose position or speed changes on the way.
   [[nodiscard]] JointSet moving() const { return moving_; }
-  /// Those of them that go on for their stop lag before they brake: told a motion, not where to be,
-  /// or left to themselves while they move.
+  /// Those of them that go on for their stop lag before they brake: commanded a motion, not a
+  /// target, or left to themselves while they move.
   [[nodiscard]] JointSet lagging() const { return lagging_ | coasting_; }
-  /// Joints of tools that are told a motion of which not all may happen.
+  /// Joints of tools that are commanded a motion of which not all may happen.
   [[nodiscard]] JointSet guessed() const { return guessed_; }
   /// Whether the base moves, or did when the state was measured.
   [[nodiscard]] bool drives_base() const { return (moving_ & model_.base_joints) != 0; }
@@ -106,8 +106,8 @@ class Prediction {
   [[nodiscard]] const Branch& measured() const { return measured_; }
   /// Branches that a row which acts already has taken on from there, before the first row.
   [[nodiscard]] std::size_t start_count() const { return start_count_; }
-  /// Before the first row: whether any joint that the chunk commands, or that is told a motion,
-  /// moves in a branch.
+  /// Before the first row: whether any joint that the chunk commands, or that is commanded a
+  /// motion, moves in a branch.
   [[nodiscard]] bool is_coasting(const Branch& branch) const;
   /// Takes it to where it is a tick later if nothing changes its motion.
   void coast_one_tick(Branch& branch) const;
@@ -116,8 +116,8 @@ class Prediction {
   /// the tick that runs, and was measured to move when that began.
   [[nodiscard]] const Joints& start_off() const { return start_off_; }
   [[nodiscard]] bool is_start_off() const { return is_start_off_; }
-  /// Before the first row: where the row that was measured last told the joints to be; null where
-  /// it told no joint.
+  /// Before the first row: the targets of the row that was measured last; null where it had
+  /// none.
   [[nodiscard]] std::optional<Joints> last_targets() const;
   /// Whether there are several rows of each of which another share may happen. Then branch 1 has
   /// the lower ends of all gains, the last of `share_count` the upper ones.
@@ -155,7 +155,7 @@ class Prediction {
   [[nodiscard]] Evidence check_speeds() const;
   [[nodiscard]] double turn_width() const;
   void note_base_speed();
-  void note_told(const ActionChunk& chunk, std::size_t row);
+  void note_targets(const ActionChunk& chunk, std::size_t row);
   void note_pose(const ActionPart& action, std::size_t row);
   /// The branches that there are.
   [[nodiscard]] std::span<Branch> branches() { return std::span(branches_).first(branch_count_); }
@@ -178,10 +178,10 @@ class Prediction {
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
   [[nodiscard]] double reach_off(std::size_t joint) const;
-  [[nodiscard]] JointSet told_in(std::size_t step) const;
+  [[nodiscard]] JointSet commanded_in(std::size_t step) const;
   [[nodiscard]] JointSet held_in(const RowBefore& before) const;
   void widen_start(JointSet held);
-  void settle_untold();
+  void settle_uncommanded();
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
 
@@ -205,9 +205,9 @@ class Prediction {
   JointSet moving_ = 0;
   JointSet lagging_ = 0;
   JointSet guessed_ = 0;
-  JointSet coasting_ = 0;      // measured to move, and nothing that the chunk commands
-  JointSet targets_told_ = 0;  // joints that the row before the first told a target or pose
-  std::array<double, max_joints> told_;
+  JointSet coasting_ = 0;            // measured to move, and nothing that the chunk commands
+  JointSet has_earlier_target_ = 0;  // joints: in the row before the first, a pose included
+  std::array<double, max_joints> earlier_targets_;
   Interval interval_;
   Interval interval_before_;  // of the row before
   std::size_t rows_shared_ = 0;

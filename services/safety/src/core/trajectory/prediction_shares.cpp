@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 #include "core/kinematics/robot_model.hpp"
 #include "core/trajectory/prediction.hpp"
 

@@ -23,7 +23,7 @@ Branch& Branch::operator=(const Branch& other) {
 Branch Branch::slowed() const {
   Branch other = *this;
   other.poses[other.newest ^ 1U] = poses_before();
-  for (const std::size_t j : JointsIn(slowing)) other.speed[j] = told[j];
+  for (const std::size_t j : JointsIn(slowing)) other.speed[j] = slower[j];
   return other;
 }
 
@@ -52,16 +52,17 @@ Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
     widen_start(held);
     return;
   }
-  if (before.chunk != nullptr) note_told(*before.chunk, before.row);
+  if (before.chunk != nullptr) note_targets(*before.chunk, before.row);
   for (const Companion& companion : companions)
-    if (companion.before.chunk != nullptr) note_told(*companion.before.chunk, companion.before.row);
+    if (companion.before.chunk != nullptr)
+      note_targets(*companion.before.chunk, companion.before.row);
 }
 
-// Joints that rows tell from the next tick on, but none tells in the one that runs: they hold in
+// Joints that rows command from the next tick on, but none in the one that runs: they hold in
 // it, and were measured to move when it began. Until it ends they may have stopped at once, or gone
 // on: the branches start half way between.
 JointSet Prediction::held_in(const RowBefore& before) const {
-  JointSet joints = told_in(1);
+  JointSet joints = commanded_in(1);
   const auto leave_out = [&](const RowBefore& row) {
     if (row.chunk == nullptr) return;
     for (const ActionPart& action : row.chunk->parts) joints &= ~moved_by(model_, action);
@@ -143,7 +144,7 @@ void Prediction::note_left(const PartMemories* memories) {
 }
 
 // A controller takes time to turn a motion around, and may keep up another beside it. A joint that
-// is told where to be brakes at once if that is behind it.
+// has a target brakes at once if that is behind it.
 void Prediction::coast_one_tick(Branch& branch) const {
   branch.begin_row();
   for (const std::size_t j : JointsIn(lagging_)) branch.now[j] += branch.speed[j] * model_.period_s;
@@ -178,35 +179,35 @@ void Prediction::add_branches(std::size_t part) {
   branch_count_ = 1 + (std::size_t{1} << ends);
 }
 
-// The pose that the row before told: where its servo is going, whatever is measured.
+// The pose of the row before: where its servo is going, whatever is measured.
 void Prediction::note_pose(const ActionPart& action, std::size_t row) {
-  Branch told = branches().front();
+  Branch target = branches().front();
   Joints first_step;
   const Command command{action, model_.limits.parts[action.part].modes,
                         row_of(action, row, model_.limits)};
-  if (!solve_pose(command, told, first_step).ok()) return;
+  if (!solve_pose(command, target, first_step).ok()) return;
   for (const std::size_t j : model_.limits.parts[action.part].joints) {
-    told_[j] = told.now[j];
-    targets_told_ |= only(j);
+    earlier_targets_[j] = target.now[j];
+    has_earlier_target_ |= only(j);
   }
 }
 
-void Prediction::note_told(const ActionChunk& chunk, std::size_t row) {
+void Prediction::note_targets(const ActionChunk& chunk, std::size_t row) {
   for (const ActionPart& action : chunk.parts) {
     if (is_pose(action)) note_pose(action, row);
     if (!is_target(static_cast<Mode>(action.mode))) continue;
     const Setpoint targets = row_of(action, row, model_.limits);
     for (const std::uint8_t j : action.active) {
-      told_[j] = targets[j];
-      targets_told_ |= only(j);
+      earlier_targets_[j] = targets[j];
+      has_earlier_target_ |= only(j);
     }
   }
 }
 
 std::optional<Joints> Prediction::last_targets() const {
-  if (targets_told_ == 0) return std::nullopt;
+  if (has_earlier_target_ == 0) return std::nullopt;
   Joints targets = measured_.now;
-  for (const std::size_t j : JointsIn(targets_told_)) targets[j] = told_[j];
+  for (const std::size_t j : JointsIn(has_earlier_target_)) targets[j] = earlier_targets_[j];
   return targets;
 }
 

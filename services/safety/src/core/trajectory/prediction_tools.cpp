@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
 #include "core/modes/commanded_motion.hpp"
 #include "core/trajectory/prediction.hpp"
@@ -107,8 +107,8 @@ Evidence Prediction::solve_pose(const Command& command, Branch& branch, Joints& 
   branch.poses_now().place(model_, branch.now);
   const Pose frame =
       pose_at(model_.places[link_of(model_.limits, command.row)], branch.poses_now());
-  const Pose told = pose_of(command.row);
-  const Pose target{frame.rotation * told.rotation, point_in_root(frame, told.position)};
+  const Pose commanded = pose_of(command.row);
+  const Pose target{frame.rotation * commanded.rotation, point_in_root(frame, commanded.position)};
   return reach_pose(model_, model_.tools[command.action.part], target, branch.poses_now(),
                     branch.now, first_step);
 }

@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
 #include "core/modes/commanded_motion.hpp"
 
@@ -50,8 +50,8 @@ TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& cla
       budget_(rows.queries) {
   if (prediction_.is_start_off()) deviate_by(prediction_.start_off());
   if (const std::optional<Joints> targets = prediction_.last_targets()) {
-    told_.place(model, *targets);
-    shape_check_.told_to_be(&told_);
+    targets_before_.place(model, *targets);
+    shape_check_.note_targets_before(&targets_before_);
   }
 }
 
@@ -69,12 +69,13 @@ Evidence TrajectoryCheck::check_next() {
     evidence = check_branch(i);
   if (evidence.ok()) evidence = check_between_shares();
   if (evidence.ok()) evidence = check_other_speeds();
-  shape_check_.told_to_be(nullptr);  // behind a row, what it told is where the next one starts
+  shape_check_.note_targets_before(
+      nullptr);  // behind a row, its target is where the next one starts
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
 
-// What a base carries lags behind it, whoever is told what: the faster it drives, the more.
+// What a base carries lags behind it, whatever is commanded: the faster it drives, the more.
 void TrajectoryCheck::expect_drift() {
   const double speed = prediction_.base_speed();
   const BaseLimits& base = model_.limits.base;

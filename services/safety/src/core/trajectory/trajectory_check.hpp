@@ -1,7 +1,6 @@
 // One chunk's rows on their way: what is predicted so far, and whether it may be.
 #pragma once
 
-#include "core/chunk/judge_rows.hpp"
 #include "core/chunk/judgement.hpp"
 #include "core/trajectory/certify.hpp"
 
@@ -57,7 +56,7 @@ class TrajectoryCheck {
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;
-  FramePoses told_;  // where the row that was measured last told the joints to be
+  FramePoses targets_before_;  // of the row that was measured last
 };
 
 }  // namespace fairlead

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/geometry/margin.hpp"
+#include "core/geometry/distances.hpp"
 
 namespace fairlead {
 namespace {
