@@ -24,12 +24,18 @@ class Adversary:
 
     Args:
         recorded: rows of good demonstrations, which `spoiled` adds noise to.
+        parts: which it may attack; None: all.
     """
 
     def __init__(
-        self, robot: RobotManifest, recorded: Sequence[Row], rng: np.random.Generator
+        self,
+        robot: RobotManifest,
+        recorded: Sequence[Row],
+        rng: np.random.Generator,
+        parts: Sequence[str] | None = None,
     ) -> None:
         self._robot, self._recorded, self._rng = robot, recorded, rng
+        self._names = list(parts or robot.part_names)
 
     def begin(self, kind: str) -> None:
         """A new attack, on one to all parts, each in one of its modes.
@@ -57,10 +63,9 @@ class Adversary:
             one.go_on_after(None if row is None else row[part].values)
 
     def _parts(self) -> dict[str, FullScaleRows]:
-        names = list(self._robot.part_names)
-        count = int(self._rng.integers(1, len(names) + 1))
+        count = int(self._rng.integers(1, len(self._names) + 1))
         found = {}
-        for name in self._rng.choice(names, size=count, replace=False):
+        for name in self._rng.choice(self._names, size=count, replace=False):
             modes = [*self._robot.part(name).control_modes]
             mode = modes[int(self._rng.integers(len(modes)))]
             found[str(name)] = FullScaleRows(self._robot, str(name), mode, turns_back=False)

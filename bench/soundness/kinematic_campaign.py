@@ -25,6 +25,7 @@ from bench.soundness.chunk_rows import Row
 from bench.soundness.gate_loop import GateLoop
 from bench.soundness.prediction import NotReachedError
 from bench.soundness.share_robot import Faults, ShareRobot
+from bench.soundness.side_by_side import TICKS, SideBySide
 from bench.soundness.starts import Starts
 from fairlead.hal.backend import PartCommand
 from fairlead.messages import FloatArray, Outcome, Verdict
@@ -102,6 +103,7 @@ class KinematicCampaign:
         self._adversary = Adversary(robot, recorded, self._rng)
         self._starts = Starts(robot, self.arena, around, self._rng)
         self._kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
+        self._beside = SideBySide(self._loop, recorded, self._moment, self._rng)
         self.found = Soundness()
         self._waiting: list[tuple[str, FloatArray, FloatArray, float]] = []
         self._targets = [
@@ -125,7 +127,9 @@ class KinematicCampaign:
         return self.found
 
     def _one_case(self) -> None:
-        kinds = (*KINDS, "recorded", *(["sagging"] if self._targets else []))
+        kinds = [*KINDS, "recorded"]
+        kinds += ["sagging"] if self._targets else []
+        kinds += ["side by side"] if len(self._beside.claims) > 1 else []
         kind = kinds[self.found.chunks % len(kinds)]
         pacing = PACINGS[self.found.chunks // len(kinds) % 2]
         if kind == "recorded":
@@ -133,6 +137,8 @@ class KinematicCampaign:
             self._follow(kind, pacing, self._around[start], rows)
         elif kind == "sagging":
             self._sag("lockstep", 0.0, self._starts.pick(near=True))
+        elif kind == "side by side":
+            self._side_by_side(pacing, self._starts.pick_folded())
         else:
             q = self._starts.pick(near=bool(self._rng.random() < 0.5))
             self._adversary.begin(kind)
@@ -173,6 +179,27 @@ class KinematicCampaign:
                 next_rows = self._adversary.chunk(self._moment(self._loop.now.positions))
                 next_rows = next_rows[: int(self._rng.integers(1, SHORT + 1))]
                 self._chunk(f"{what}, then chunk {more}", pacing, next_rows)
+
+    def _side_by_side(self, pacing: Pacing, q: FloatArray) -> None:
+        """Every claim by itself, with one share of the three for all ticks and parts, or any."""
+        ends = self._rng.choice([0.0, 0.5, 1.0], size=len(self._robot.parts))
+        any_share = self._rng.random((TICKS, len(self._robot.parts)))
+        share = np.tile(ends, (TICKS, 1)) if self._rng.random() < 0.8 else any_share
+        self.found.chunks += 1
+        self.found.by_kind["side by side"] += 1
+        what = f"side by side {self.found.chunks} in {pacing}"
+        self._shares.begin(q, share, Faults(is_stuck=bool(self._rng.random() < STUCK)))
+        verdicts: list[Verdict] = []
+        try:
+            for number, done in enumerate(self._beside.ticks(pacing, verdicts.append)):
+                self._see(f"{what}, tick {number}", done)
+                self.found.rows += bool(done.commands)
+                self.found.in_realtime += bool(done.commands) and pacing == "realtime"
+        except NotReachedError:
+            self.found.not_reached += 1
+        if verdicts:
+            self._note(verdicts[0])
+        self.found.cut.update(one.code for one in self._loop.take_cut() if one.code)
 
     def _sag(self, pacing: Pacing, back: float, q: FloatArray) -> None:
         """Told each time to be where it is measured, or ``back`` by a share of what it sags."""
@@ -226,7 +253,12 @@ class KinematicCampaign:
         modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
         told = f"{what}, share {self._shares.share.round(2)}, {modes}"
         drives = self._shares.base_speed()
-        for way, place in (("", done.after.positions), (", then held", self._shares.stopped(done))):
+        stops = self._rng.integers(0, 2, len(self._robot.parts)).astype(float)
+        for way, place in (
+            ("", done.after.positions),
+            (", then held", self._shares.stopped(done)),
+            (f", then held, {stops} of it", self._shares.stopped(done, stops)),
+        ):
             self._waiting.append((told + way, place, self._shares.told, drives))
 
     def _look(self) -> None:

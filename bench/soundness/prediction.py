@@ -53,9 +53,14 @@ class Prediction:
         self._against_yaw = bool(base) and base["command_frame"] == "against_yaw"
         self._yaw_axis = np.array(base["yaw_axis"]) if base else np.zeros(2)
         self._goals: dict[str, Any] = {}
+        self._tools = {
+            part.name
+            for part in robot.parts
+            if part.end_effector is not None and len(part.joints) > 1
+        }
 
     def forget_goals(self) -> None:
-        """As after a hold: each tool goes on from where it is."""
+        """Each tool goes on from where it is."""
         self._goals = {}
 
     def follow(
@@ -64,7 +69,8 @@ class Prediction:
         """Positions after each row.
 
         Where the composite switch is up a tool goes on from the goal of the row before, of this
-        call or the last one, not from where it is.
+        call or the last one, not from where it is. The goal of a tool that holds is where it was
+        when the tick began.
 
         Args:
             shares: per row, where in each mode's gain its motion lies: 0 lower end, 1 upper end;
@@ -78,13 +84,14 @@ class Prediction:
         order = [part.name for part in self._robot.parts]
         for row, share in zip(rows, shares, strict=True):
             later = q.copy()
-            self._goals = {part: goal for part, goal in self._goals.items() if part in row}
             if not any(_is_up(command) for command in row.values()):
                 self.forget_goals()
             for part, command in row.items():
                 low, high = self._gains.get((part, command.mode.yaml_name), (1.0, 1.0))
                 at = float(np.broadcast_to(share, len(order))[order.index(part)])
                 self._move(part, command, low + (high - low) * at, q, later)
+            for part in self._tools - row.keys():
+                self._goals[part] = self._tool(part, q)
             q = later
             found.append(q)
         return found

@@ -93,10 +93,15 @@ class ShareRobot:
             self._waits_s[own] = self._react_s[own] + (0.0 if is_target else self._lag_s[own])
         return Tick(kind, before, self._moment(after), commands, is_free=True)
 
-    def stopped(self, done: Tick) -> FloatArray:
-        """Where it comes to rest if it is told to hold after this tick."""
-        end = done.after.positions.copy()
-        end[: len(self._speeds)] += self._braking(AT_REST_S)[0]
+    def stopped(self, done: Tick, shares: FloatArray | None = None) -> FloatArray:
+        """Where it comes to rest if it is told to hold after this tick.
+
+        Args:
+            shares: of each part's way; None: all of it.
+        """
+        end, way = done.after.positions.copy(), self._braking(AT_REST_S)[0]
+        for index, (_, own) in enumerate(self._own):
+            end[own] += way[own] if shares is None else shares[index] * way[own]
         return end
 
     def base_speed(self) -> float:

@@ -37,12 +37,23 @@ class Starts:
         room = np.min([*rooms.values()], axis=0)
         # The gate keeps a clearance between capsules; from within it only leaving is allowed.
         free = (room > 0.0) & (rooms["self-collision"] > arena.clearance)
-        self.pool, room = pool[free], room[free]
-        self._near = self.pool[np.argsort(room)[: max(1, int(NEAR_SHARE * len(room)))]]
+        self.pool = pool[free]
+        self._near = self._least(room[free])
+        self._folded = self._least(rooms["self-collision"][free])
 
     def pick(self, near: bool) -> FloatArray:
         """One configuration, shape ``[measured]``."""
-        choice = self._near if near else self.pool
+        return self._regular_of(self._near if near else self.pool)
+
+    def pick_folded(self) -> FloatArray:
+        """One that is close to a self-collision."""
+        return self._regular_of(self._folded)
+
+    def _least(self, room: FloatArray) -> FloatArray:
+        least = np.argsort(room)[: max(1, int(NEAR_SHARE * len(room)))]
+        return np.asarray(self.pool[least])
+
+    def _regular_of(self, choice: FloatArray) -> FloatArray:
         while True:
             q = np.array(choice[int(self._rng.integers(len(choice)))])
             if not self._steering.is_singular(q):

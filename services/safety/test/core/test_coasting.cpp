@@ -92,3 +92,61 @@ TEST_CASE(
   CHECK(beside(state, Companions(&companion, 1)).evidence.code == 32);
   CHECK(beside(state, Companions(&companion, 1)).row_count == 2);
 }
+
+namespace {
+
+// From `from` to `to` in one row, beside a right arm that is measured at `at` and moves at `speed`.
+Judgement past(const Limits& limits, double from, double to, double at, double speed) {
+  ChunkBuilder own;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {to});
+  MeasuredState state = two_arms::at_rest();
+  state.positions[two_arms::left_1] = from;
+  state.positions[two_arms::right_1] = at;
+  state.velocities[two_arms::right_1] = speed;
+  return judge_path(RobotModel(limits), whole_robot(limits), state, own.chunk, 0, 1, {}, {});
+}
+
+}  // namespace
+
+TEST_CASE("G032 what moves out of the way of a stop may stop at once") {
+  Limits limits = balls();
+  limits.joints[two_arms::left_1].acceleration_limit = 5.0;
+  // At 1.5 rad/s the left arm comes to rest 0.225 rad behind its row: 0.32 m from where the right
+  // one is, 0.46 m from where that comes to rest.
+  CHECK(past(limits, -0.3, -0.4, 0.0, 0.0).evidence.code == 32);
+  CHECK(past(limits, -0.3, -0.4, 0.0, -0.5).evidence.code == 32);
+  CHECK(past(limits, -0.3, -0.4, -0.3, 0.0).evidence.ok());
+}
+
+TEST_CASE("G032 what passes where a stop ends may stop there") {
+  Limits limits = balls();
+  limits.collision.clearance = 0.05;
+  limits.joints[two_arms::left_1].acceleration_limit = 1.0;
+  limits.joints[two_arms::right_1].acceleration_limit = 10.0;
+  // The tools' circles meet at -0.64 and 0.64 rad. The left arm comes to rest there after 1.1 s,
+  // the right one goes from 1 to 0.25 rad in 0.4 s.
+  CHECK(past(limits, 0.015, -0.04, 1.0, 0.0).evidence.ok());
+  CHECK(past(limits, 0.015, -0.04, 0.25, 0.0).evidence.ok());
+  CHECK(past(limits, 0.015, -0.04, 1.0, -3.0).evidence.code == 32);
+}
+
+TEST_CASE("G032 of two parts that brake one may stop at once: at its target, for example") {
+  Limits limits = balls();
+  for (const std::size_t j : {two_arms::left_1, two_arms::right_1}) {
+    limits.joints[j].acceleration_limit = 5.0;
+    limits.joints[j].stop_lag = 0.0;
+  }
+  // The left arm follows the right one. Both come to rest 0.225 rad behind their rows, 0.44 m
+  // apart; 0.34 m apart where the right one stays at its target.
+  ChunkBuilder own;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {-0.5});
+  two_arms::command(own, two_arms::right, Mode::joint_position, two_arms::right_1, {-0.1});
+  MeasuredState state = two_arms::at_rest();
+  state.positions[two_arms::left_1] = -0.4;
+  const auto judged = [&](std::size_t certified_end) {
+    return judge_path(shared_room(), RobotModel(limits), whole_robot(limits), state, own.chunk,
+                      {0, 1, certified_end}, {}, {});
+  };
+  CHECK(judged(1).evidence.code == 32);
+  CHECK(judged(0).evidence.ok());  // a forecast: it is certified before it acts
+}

@@ -75,6 +75,7 @@ class Prediction {
   Evidence advance();
   /// From here on only the forecast: one branch, and where it is, a joint is.
   void only_forecast();
+  [[nodiscard]] bool is_forecast() const { return forecast_only_; }
 
   [[nodiscard]] std::size_t row() const { return row_; }  // the one that was gone to last
   [[nodiscard]] std::size_t next_row() const { return next_row_; }

@@ -244,8 +244,28 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
   evidence = certify(StraightMotion{branch.before, branch.now}, shapes(branch, row, between_),
                      clear_before, shape_check_.clear_fraction_of(clearance, row));
   if (!evidence.ok()) return evidence;
-  return certify_to_end(braking, shapes(branch, stop, rest_),
-                        shape_check_.clear_fraction_of(clearance, stop));
+  const double clear = shape_check_.clear_fraction_of(clearance, stop);
+  evidence = certify_to_end(braking, shapes(branch, stop, rest_), clear);
+  // Clear by the whole way of all is clear by each part's.
+  if (!evidence.ok() || clear >= 1.0 || prediction_.is_forecast()) return evidence;
+  return check_single_stops(branch, braking, clearance);
+}
+
+// One part may brake while all others stop at once, and these go on when it has.
+Evidence TrajectoryCheck::check_single_stops(const Branch& branch, const Braking& braking,
+                                             const Clearance& clearance) {
+  Evidence evidence;
+  for (const JointSet joints : model_.part_joints) {
+    if (!braking.has_way(joints) || !braking.has_way(~joints)) continue;
+    const Braking alone(model_, branch, prediction_.moving() & joints, prediction_.lagging());
+    const DisplacementBound stop(model_, branch.now, alone.end());
+    evidence = certify_to_end(alone, shapes(branch, stop, rest_),
+                              shape_check_.clear_fraction_of(clearance, stop));
+    if (evidence.ok())
+      evidence = certify_between(branch, {alone.end(), braking.end()}, nullptr, nullptr);
+    if (!evidence.ok()) break;
+  }
+  return evidence;
 }
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
