@@ -68,7 +68,7 @@ struct Companion {
 using Companions = std::span<const Companion>;
 
 /// Of configurations that one judgement looks at, or one step of all claims together. Good
-/// demonstrations take up to 81, chunks made to cause a breach up to 367.
+/// demonstrations take up to 133; chunks made to bring two arms together need more.
 inline constexpr std::size_t max_queries = 512;
 
 /// Which rows of a chunk are judged. Those before `certified_end` can act before the gate judges
