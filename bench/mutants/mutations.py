@@ -82,11 +82,13 @@ class Mutations:
         pattern = r"^ *(?:inline |static )*(constexpr) [\w:<>, ]+?(\w+) = [^;]+;"
         for found in re.finditer(pattern, self.code, re.M):
             local = any(start <= found.start() < end for start, end in inside)
-            if not local and found[2] not in self.sizes and "_name" not in found[2]:
+            is_text = "string_view" in found[0]  # has no number, and rules ask for constant words
+            if not local and not is_text and found[2] not in self.sizes:
                 member = "static " in self.code[found.start() : found.start(1)]
                 self.swaps.append((*found.span(1), "inline const" if member else "const"))
                 yield found.start(2), found.end() - 1
-        for found in re.finditer(r"\bconstexpr (?=[\w:<>, ]+?\w+(?: =|\{))", self.code):
+        pattern = r"\bconstexpr (?!std::string_view)(?=[\w:<>, ]+?\w+(?: =|\{))"
+        for found in re.finditer(pattern, self.code):
             if any(start <= found.start() < end for start, end in inside):
                 self.swaps.append((found.start(), found.end(), "const "))
 
@@ -247,8 +249,8 @@ OPENING, CLOSING = "([{", ")]}"
 
 
 def without_assertions(code: str) -> str:
-    """Blanked code without what the compiler asserts: that has to stay constant."""
-    for found in re.finditer(r"\bstatic_assert\(", code):
+    """Blanked code without what the compiler asserts or runs: that has to stay constant."""
+    for found in re.finditer(r"\bstatic_assert\(|\bconsteval [^;{]*\{", code):
         end = closing(code, found.end() - 1) + 1
         code = code[: found.start()] + re.sub(r"[^\n]", " ", code[found.start() : end]) + code[end:]
     return code
@@ -260,9 +262,15 @@ def checked_functions(sources: list[str]) -> dict[str, str]:
 
 
 def storage_sizes(sources: list[str]) -> set[str]:
-    """Constants that a template's argument, a size, an assertion or a constant array needs."""
+    """Constants that a template's argument, a size, an assertion or a constant array needs.
+
+    And functions that the compiler runs.
+    """
     codes = [blanked(source) for source in sources]
-    pattern = r"<[^<>;()]*?\b(\w+)>|\bstatic_assert\((.*?)\);|\bconstexpr std::array \w+\{(.*?)\};"
+    pattern = (
+        r"<[^<>;()]*?\b(\w+)>|\bstatic_assert\((.*?)\);|\bconstexpr std::array \w+\{(.*?)\};"
+        r"|\bconsteval [^;{]*\{(.*?)\}"
+    )
     found = {name for code in codes for one in re.findall(pattern, code, re.S) for name in one}
     names = {name for text in found for name in re.findall(r"\b[a-z]\w+", text)}
     given = dict(pair for code in codes for pair in re.findall(CONSTANT_VALUE, code))

@@ -70,3 +70,22 @@ def test_constants_that_a_constant_array_lists_stay_constants() -> None:
     )
     found = Mutations("f.hpp", source, {}, storage_sizes([source]), 1)
     assert [mutant.text for mutant in found.mutants] == ["inline constexpr int three = 3;"]
+
+
+def test_what_the_compiler_runs_stays_constant() -> None:
+    source = (
+        'constexpr std::string_view rule = "still";\n'
+        "struct Rule {\n"
+        "  static constexpr int longest = 60;\n"
+        "  consteval Rule(int a) : size(a) { if (a > longest) throw 1; }\n"
+        "};\n"
+        "int f() {\n"
+        '  constexpr std::string_view other = "still";\n'
+        "  return g(rule, other);\n"
+        "}\n"
+    )
+    found = Mutations("f.cpp", source, {}, storage_sizes([source]), 1)
+    text = found.text()
+    assert text.count("constexpr std::string_view") == 2
+    assert "constexpr int longest = 60;" in text
+    assert "if (a > longest) throw 1;" in text

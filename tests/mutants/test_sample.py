@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from bench.mutants.__main__ import key_of, reviewed
 from bench.mutants.hunt import Fate, hunt
-from bench.mutants.population import CORE, ROOT, TESTS, populate
+from bench.mutants.population import CORE, ROOT, TESTS, populate, write
 
 SAFETY = ROOT / "services/safety"
 BUILT = ROOT / "build/safety"
@@ -19,20 +20,24 @@ FILES = ("release/claim_table.cpp", "chunk/shape.cpp", "gate/limit_overrides.cpp
 EVERY = 8
 
 
-def compile_and_link(texts: dict[str, str], folder: Path) -> Path:
-    """The built tests, linked with mutated objects before the library that has the true ones."""
-    compiler = [os.environ.get("CXX", "c++"), "-std=c++20", "-O1", "-w", "-fpermissive"]
+def compiler_of(folders: tuple[Path, ...]) -> list[str]:
+    """The compiler as for the gate, with these folders and Eigen to include from."""
     eigen = re.search(r"^EIGEN_INCLUDE:\w+=(.+)$", (BUILT / "CMakeCache.txt").read_text(), re.M)
     assert eigen
-    folders = [SAFETY / name for name in ("include", "src", "test")]
     include = [f"-I{folder}" for folder in (*folders, eigen[1])]
+    return [os.environ.get("CXX", "c++"), "-std=c++20", "-O1", "-w", "-fpermissive", *include]
+
+
+def compile_and_link(texts: dict[str, str], folder: Path) -> Path:
+    """The built tests, linked with mutated objects before the library that has the true ones."""
+    compiler = compiler_of((SAFETY / "include", SAFETY / "src", SAFETY / "test"))
     running = []
     for name in FILES:
         file = folder / Path(name).name
         file.write_text(texts[name])
-        running.append(subprocess.Popen([*compiler, *include, "-c", file], cwd=folder))
+        running.append(subprocess.Popen([*compiler, "-c", file], cwd=folder))
     runtime = SAFETY / "test/mutants/mutant.cpp"
-    running.append(subprocess.Popen([*compiler, *include, "-c", runtime], cwd=folder))
+    running.append(subprocess.Popen([*compiler, "-c", runtime], cwd=folder))
     assert [one.wait(timeout=120) for one in running] == [0] * len(running)
     objects = sorted((BUILT / f"CMakeFiles/{TESTS}.dir/test").rglob("*.o"))
     libraries = [BUILT / f"libfairlead_safety_{part}.a" for part in ("shell", "core")]
@@ -70,3 +75,21 @@ def test_every_source_of_the_core_has_mutants_of_its_own(name: str) -> None:
     population = populate((name,))
     assert population.texts[name] != (CORE / name).read_text()
     assert {mutant.file for mutant in population.mutants.values()} == {name}
+
+
+@pytest.mark.thorough
+@pytest.mark.processes
+@pytest.mark.timeout(900)
+def test_the_core_with_all_mutants_compiles(tmp_path: Path) -> None:
+    write(populate(), tmp_path / "src/core")
+    folders = (tmp_path / "src", tmp_path / "src/include", SAFETY / "include", SAFETY / "test")
+    command = [*compiler_of(folders), "-fsyntax-only"]
+
+    def check(file: Path) -> str:
+        done = subprocess.run([*command, file], capture_output=True, text=True, check=False)
+        return done.stderr if done.returncode else ""
+
+    files = sorted((tmp_path / "src/core").rglob("*.cpp"))
+    assert len(files) > 40
+    with ThreadPoolExecutor(2) as pool:
+        assert [fault for fault in pool.map(check, files) if fault] == []
