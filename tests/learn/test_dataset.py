@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,7 @@ from fairlead_tools.learn.dataset import (
     require_skill,
     same_kind,
 )
+from fairlead_tools.learn.lerobot_export import export_lerobot
 from tests.cli.command import fairlead_here
 from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
 
@@ -56,7 +59,13 @@ def test_a_dataset_without_episodes_is_begun_again(tmp_path: Path) -> None:
         begin(tmp_path, EXPERT, "panda_mobile", 0.0)
 
 
-@pytest.mark.parametrize("damage", ["none", "json", "missing", "cut", "empty", "short", "pickle"])
+DAMAGES = [
+    "none", "json", "not utf-8", "deep", "missing", "cut", "empty", "short", "pickle", "flipped",
+    "one array", "encrypted", "huge",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
 def test_what_is_no_dataset_is_one_error_with_the_file(tmp_path: Path, damage: str) -> None:
     folder = drawn_dataset(tmp_path / "d", drawn_episode(7))
     header, file = folder / "dataset.json", folder / "episode_000007.npz"
@@ -64,6 +73,10 @@ def test_what_is_no_dataset_is_one_error_with_the_file(tmp_path: Path, damage: s
         header.unlink()
     elif damage == "json":
         header.write_text("{")
+    elif damage == "not utf-8":
+        header.write_bytes(header.read_bytes().replace(b"mobile", b"\xff"))
+    elif damage == "deep":
+        header.write_text(header.read_text().replace('"meaning": {', '"meaning": {"x":' + "[" * 9999))
     elif damage == "missing":
         file.unlink()
     elif damage == "cut":
@@ -73,11 +86,30 @@ def test_what_is_no_dataset_is_one_error_with_the_file(tmp_path: Path, damage: s
     elif damage == "short":
         one = drawn_episode(7, 4)
         np.savez(file, states=one.states, rows=one.rows, acted=one.acted)
+    elif damage == "flipped":
+        np.savez_compressed(file, states=drawn_episode(7).states)
+        data = bytearray(file.read_bytes())
+        data[300:1200] = bytes(byte ^ 0x5A for byte in data[300:1200])
+        file.write_bytes(data)
+    elif damage == "one array":
+        with file.open("wb") as stream:
+            np.save(stream, np.zeros(3))
+    elif damage == "encrypted":
+        data = bytearray(file.read_bytes())
+        data[data.index(b"PK\1\2") + 8] |= 1
+        file.write_bytes(data)
+    elif damage == "huge":
+        stated = io.BytesIO()
+        form = {"descr": "<f8", "fortran_order": False, "shape": (12, 10**14)}
+        np.lib.format.write_array_header_1_0(stated, form)
+        with zipfile.ZipFile(file, "w") as archive:
+            archive.writestr("states.npy", stated.getvalue())
     else:
         np.savez(file, states=np.array([{}]), rows=np.zeros(1), acted=np.zeros(1))
     with pytest.raises(ConfigError) as caught:
         list(episodes(folder))
-    assert str(header if damage in ("none", "json") else file) in str(caught.value)
+    of_header = damage in ("none", "json", "not utf-8", "deep")
+    assert str(header if of_header else file) in str(caught.value)
 
 
 def test_datasets_of_different_layouts_do_not_go_together(tmp_path: Path) -> None:
@@ -180,21 +212,44 @@ def test_a_dataset_that_does_not_say_what_its_numbers_mean_teaches_nothing(tmp_p
     [
         ({"states": np.full((12, 30), np.inf)}, "states: expected finite numbers, got inf in"),
         ({"rows": np.full((12, 12), np.nan, np.float32)}, "rows: expected finite numbers, got nan"),
-        ({"rows": np.array([["x"] * 12] * 12)}, "rows: expected numbers [12, N], got <U1"),
-        ({"acted": np.zeros((12, 2, 2))}, "acted: expected numbers [12, N], got float64 [12, 2"),
+        ({"rows": np.array([["x"] * 12] * 12)}, "rows: expected float32 [12, N], got <U1 [12, 12"),
+        ({"acted": np.zeros((12, 2, 2))}, "acted: expected float32 [12, 12], got float64 [12, 2"),
         ({"rows": np.zeros((12, 99), np.float32)},
-         "acted: expected as many numbers as rows, 99, got 12"),
+         "acted: expected float32 [12, 99], got float32 [12, 12]"),
+        ({"states": np.zeros((12, 0))}, "states: expected float64 [12, N], got float64 [12, 0]"),
+        ({"labels": np.full((12, 8, 12), np.nan, np.float32)},
+         "labels: expected finite numbers, got nan in tick 0"),
+        ({"labels": np.zeros((12, 8, 5), np.float32)},
+         "labels: expected float32 [12, N, 12], got float32 [12, 8, 5]"),
+        ({"released": np.array(["x"] * 12)}, "released: expected bool [12], got <U1 [12]"),
+        ({"picture_eye": np.zeros((12, 4, 4, 4), np.uint8)},
+         "picture_eye: expected uint8 [12, N, N, 3], got uint8 [12, 4, 4, 4]"),
+        ({"picture_eye": np.zeros((12, 0, 4, 3), np.uint8)},
+         "picture_eye: expected uint8 [12, N, N, 3], got uint8 [12, 0, 4, 3]"),
     ],
 )  # fmt: skip
 def test_numbers_that_are_none_of_an_episode_are_refused_by_file_and_name(
     arrays: dict[str, Any], said: str, tmp_path: Path
 ) -> None:
     folder = drawn_dataset(tmp_path / "d", drawn_episode(0))
-    file = folder / "episode_000000.npz"
+    file, header = folder / "episode_000000.npz", json.loads((folder / "dataset.json").read_text())
+    header["expert"] = "x" if "labels" in arrays else ""
+    header["deployed"] = "released" in arrays
+    header["pictures"] = [name[8:] for name in arrays if name.startswith("picture_")]
+    (folder / "dataset.json").write_text(json.dumps(header))
     with np.load(file) as kept:
         np.savez(file, **{**kept, **arrays})
     with pytest.raises(ConfigError, match=re.escape(f"dataset: {file}: {said}")):
         list(episodes(folder))
+
+
+def test_numbers_of_another_skill_are_refused_by_file_and_name(tmp_path: Path) -> None:
+    folder = drawn_dataset(tmp_path / "d", drawn_episode(0))
+    file = folder / "episode_000000.npz"
+    with np.load(file) as kept:
+        np.savez(file, **{**kept, "states": np.zeros((12, 5))})
+    with pytest.raises(ConfigError, match=re.escape(f"{file}: states: expected float64 [12, 30]")):
+        export_lerobot(folder, tmp_path / "l", EXPERT, failed=True)
 
 
 def test_a_recording_that_was_ended_at_once_has_nothing_to_learn_from(tmp_path: Path) -> None:
@@ -207,8 +262,8 @@ def test_a_recording_that_was_ended_at_once_has_nothing_to_learn_from(tmp_path: 
     assert not (tmp_path / "mine").exists()
 
 
-@pytest.mark.parametrize(("field", "wrong"), [("rate_hz", 0), ("ticks", -1)])
-def test_a_dataset_of_no_rate_or_of_fewer_than_no_ticks_is_none(
+@pytest.mark.parametrize(("field", "wrong"), [("rate_hz", 0), ("ticks", 0)])
+def test_a_dataset_of_no_rate_or_of_an_episode_without_ticks_is_none(
     field: str, wrong: int, tmp_path: Path
 ) -> None:
     file = drawn_dataset(tmp_path / "d", drawn_episode(0)) / "dataset.json"

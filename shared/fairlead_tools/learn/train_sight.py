@@ -53,7 +53,7 @@ def train_sight(
     require_skill(folders[0], skill)
     name = _picture(header, skill)
     libraries = _libraries()
-    found = every_episode(folders)
+    found = every_episode(folders, skill)
     pictures = np.concatenate([one.pictures[name] for one in found])
     states = np.concatenate([one.states for one in found])
     labels = np.concatenate([one.labels for one in found]).astype(np.float64)
