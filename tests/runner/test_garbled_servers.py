@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import msgspec
 import numpy as np
 import pytest
@@ -55,6 +57,9 @@ BROKEN_OPENPI: Broken = {
     "a shape of nothing": (
         msgspec.msgpack.encode({"actions": openpi_array(ROWS) | {b"shape": [None, 12]}}),
         "answered no message: "),
+    "a shape without an end": (
+        msgspec.msgpack.encode({"actions": openpi_array(ROWS) | {b"shape": [math.inf, 12]}}),
+        "answered no message: 'float' object"),
     "hangs up": (None, "closed the connection: "),
     "hangs up in the middle": (bytearray(b"\x82\x7e\xff\xff" + DEEP[:1000]),
                                "closed the connection: "),

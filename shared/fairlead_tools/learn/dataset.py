@@ -14,12 +14,12 @@ expert was asked, ``labels`` float32 ``[T, H, dim]``, its answer in each of thos
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 from zipfile import BadZipFile
-from zlib import error as ZlibError
 
 import msgspec
 import numpy as np
@@ -34,7 +34,7 @@ FILE = "dataset.json"
 _ARRAYS = ("states", "rows", "acted")
 _UNREADABLE = (
     OSError, EOFError, KeyError, TypeError, ValueError, RuntimeError, MemoryError, BadZipFile,
-    ZlibError,
+    zlib.error,
 )  # fmt: skip
 NO_LABELS: npt.NDArray[np.float32] = np.zeros((0, 0, 0), np.float32)
 NO_GATE: npt.NDArray[np.bool_] = np.zeros(0, np.bool_)
