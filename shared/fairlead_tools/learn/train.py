@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 
 from fairlead.errors import ConfigError, expected
+from fairlead.keys import check_name
 from fairlead.skill.manifest import SkillManifest
 from fairlead_tools.learn.dataset import (
     episodes,
@@ -90,7 +91,8 @@ def train(
 
 
 def require_new(target: Path) -> None:
-    """Raises `ConfigError` for a folder with a skill."""
+    """Raises `ConfigError` for a folder with a skill, and one whose name no skill can have."""
+    check_name("train: --out: the skill's id", target.name)
     if (target / "rskill.yaml").exists():
         raise ConfigError(expected("train: --out", "a folder without a skill", target))
 
