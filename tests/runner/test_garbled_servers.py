@@ -23,7 +23,7 @@ from tests.runner.policy_servers import (
 pytestmark = pytest.mark.processes
 
 
-Broken = dict[str, tuple[bytes | bytearray | str | None, str]]
+Broken = dict[str, tuple[bytes | bytearray | str | list[bytes] | None, str]]
 BROKEN_OPENPI: Broken = {
     "too narrow": (openpi_actions(ROWS[:, :11]),
                    "expected actions as floats [1 to 50, 12], got float32 [4, 11]"),
@@ -81,6 +81,12 @@ BROKEN_RLDX: Broken = {
     "unequal rows": (rldx_actions(GOOD | {"base_motion": ROWS[:3, 7:11]}),
                      "expected as many rows of every action, got 4, 4, 4, 3, 4"),
     "an error": (msgspec.msgpack.encode({"error": "no such key"}), "failed: no such key"),
+    "a traceback": (
+        msgspec.msgpack.encode({"error": "Traceback ...\n  ...\nValueError: no weights\n\n---\n"}),
+        "failed: ValueError: no weights"),
+    "an error without an end": (
+        msgspec.msgpack.encode({"error": "x" * 5_000_000}), f"failed: {'x' * 1000}"),
+    "a message of two parts": ([rldx_actions(GOOD), b"more"], "answered no message: "),
     "a map": (msgspec.msgpack.encode({"action": 1}),
               "expected a list that begins with a map, got dict"),
     "no message": (b"\xc1", "answered no message: "),
@@ -116,4 +122,4 @@ def test_a_server_that_answers_garbage_is_refused_before_any_claim(
     options = skill.policy.options | {"address": started.address}
     said = failure(lambda: policy.from_options(skill, options))
     assert said.startswith(f"{server} policy: ")
-    assert text in said
+    assert text in said and len(said) < 2000
