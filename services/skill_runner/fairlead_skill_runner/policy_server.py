@@ -76,7 +76,7 @@ class PolicyServer:
     def _admit(self, link: ServerConnection, asked: Request) -> Response | None:
         if asked.path == "/healthz":  # as openpi's own
             return link.respond(HTTPStatus.OK, "OK\n")
-        given = asked.headers.get("Authorization", "")
+        given = ", ".join(asked.headers.get_all("Authorization"))  # several are none
         if self._api_key is not None and not hmac.compare_digest(
             given.encode(), f"Api-Key {self._api_key}".encode()
         ):
