@@ -186,3 +186,11 @@ def test_an_answer_that_is_too_large_is_not_taken_in(closing: list[Any]) -> None
     options = {"address": server.address, "warm_up_timeout_s": 2.0}
     text = failure(lambda: RldxZmqPolicy.from_options(skill, skill.policy.options | options))
     assert text.endswith("no answer within 2 s; the link was lost meanwhile")
+
+
+@pytest.mark.parametrize("address", ["tcp://*:5555", "tcp://a@b:1", "tcp://ü.invalid:5555"])
+def test_an_address_that_cannot_be_dialled_is_no_server_s(address: str) -> None:
+    skill = load_skill(RLDX)
+    options = skill.policy.options | {"address": address}
+    text = failure(lambda: RldxZmqPolicy.from_options(skill, options))
+    assert text.startswith(f"rldx policy: no policy server at {address}: Invalid argument")

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 
 from fairlead.errors import ConfigError, expected
@@ -161,8 +162,7 @@ def _network(
     outputs[:, np.tile(std == 0, horizon)] = 0.0
     seen = features(centre, spread)
     inputs = seen((labels.states - centre) / spread)
-    order = np.random.default_rng(recipe.seed).permutation(count)
-    apart, used = order[: count // HELD_OUT], order[count // HELD_OUT :]
+    apart, used = split(count, recipe.seed)
     net = fit(inputs[used], outputs[used], recipe.seed, recipe.widths, recipe.epochs)
     moving = np.tile(std > 0, horizon)
     error = float(((net.predict(inputs[apart]) - outputs[apart])[:, moving] ** 2).mean())
@@ -171,6 +171,18 @@ def _network(
         "action": block(action_names(expert), mean, std),
     }
     return onnx_bytes(seen, net, horizon, dim), statistics, error
+
+
+def split(count: int, seed: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Indices of so many labels: those that measure, and those that train.
+
+    Raises:
+        ConfigError: there are too few.
+    """
+    if count < HELD_OUT:
+        raise ConfigError(expected("train", f"{HELD_OUT} labels or more", count))
+    order = np.random.default_rng(seed).permutation(count)
+    return order[: count // HELD_OUT], order[count // HELD_OUT :]
 
 
 def block(names: Sequence[str], mean: Any, std: Any) -> dict[str, Any]:

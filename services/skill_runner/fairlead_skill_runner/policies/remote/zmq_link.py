@@ -81,7 +81,11 @@ class ZmqLink:
         self._monitor = self._socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.setsockopt(zmq.MAXMSGSIZE, _MESSAGE_MAX_BYTES)  # a larger one ends the link
-        self._socket.connect(self._options.address)
+        try:
+            self._socket.connect(self._options.address)
+        except zmq.ZMQError as error:
+            self.close()
+            raise no_server(WHO, self._skill, self._options, error) from None
         try:
             self.call({"endpoint": "ping"}, self._options.connect_timeout_s)
         except TimeoutError as error:
