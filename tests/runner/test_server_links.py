@@ -183,7 +183,7 @@ def test_an_answer_that_is_too_large_is_not_taken_in(closing: list[Any]) -> None
     server = RldxServer(lambda request, n: bytes(65 * 2**20))
     closing.append(server)
     skill = load_skill(RLDX)
-    options = {"address": server.address, "warm_up_timeout_s": 2.0}
+    options: dict[str, JsonValue] = {"address": server.address, "warm_up_timeout_s": 2.0}
     text = failure(lambda: RldxZmqPolicy.from_options(skill, skill.policy.options | options))
     assert text.endswith("no answer within 2 s; the link was lost meanwhile")
 
