@@ -37,6 +37,8 @@ BROKEN_OPENPI: Broken = {
                    "expected an output actions, got none of that name"),
     "other names": (msgspec.msgpack.encode({"action": 1, "timing": 2}),
                     "expected an output actions, got none of that name (valid: action, timing)"),
+    "names that are none": (msgspec.msgpack.encode({1: 2, b"x": 3}),
+                            "expected an output actions, got none of that name (valid: 1, b'x')"),
     "more rows than the skill takes": (
         openpi_actions(np.zeros((51, 12), np.float32)),
         "expected actions as floats [1 to 50, 12], got float32 [51, 12]"),
@@ -78,6 +80,8 @@ BROKEN_RLDX: Broken = {
     "an output left out": (
         rldx_actions({n: a for n, a in GOOD.items() if n != "base_motion"}),
         "expected an output action.base_motion, got none of that name (valid: action.end_eff"),
+    "names that are none": (msgspec.msgpack.encode([{1: 2}, {}]),
+                            "expected an output action.end_effector_position, got none of that"),
     "unequal rows": (rldx_actions(GOOD | {"base_motion": ROWS[:3, 7:11]}),
                      "expected as many rows of every action, got 4, 4, 4, 3, 4"),
     "an error": (msgspec.msgpack.encode({"error": "no such key"}), "failed: no such key"),

@@ -191,5 +191,7 @@ def output_of(who: str, outputs: Mapping[Any, object], name: str) -> object:
         PolicyError: naming those there are.
     """
     if name not in outputs:
-        raise PolicyError(expected(who, f"an output {name}", "none of that name", outputs))
+        raise PolicyError(
+            expected(who, f"an output {name}", "none of that name", map(str, outputs))
+        )
     return outputs[name]
