@@ -10,6 +10,7 @@ from fairlead.errors import ConfigError
 from fairlead.messages import GoalResult
 from fairlead.operate.chain import Chain, ChainRun, read_chain
 from fairlead.operate.failure_kinds import FAILURE_KINDS
+from tests.cli.command import fairlead_here
 
 PICK = {"name": "pick", "skill": "my-pick", "deadline_ticks": 600}
 DRIVE = {"name": "drive", "skill": "go-to", "prompt": "0 1 0", "deadline_ticks": 400}
@@ -144,3 +145,10 @@ def test_a_failure_that_is_named_uses_up_no_retry() -> None:
     run = ChainRun(chain(PICK | {"retries": 1, "on_failure": {"object_lost": "pick"}}))
     assert told(run, "object_lost", "object_lost", "stalled", "") == ["pick"] * 4
     assert run.ending == "succeeded"
+
+
+def test_more_goals_than_a_chain_may_have_are_a_wrong_command_line(tmp_path: Path) -> None:
+    done = fairlead_here("run", "go-to", *["--then", "go-to"] * 1000, state=tmp_path)
+    assert (done.returncode, done.stderr) == (
+        1, "ERROR run: --then: expected at most 999 goals after the first, got 1000\n"
+    )  # fmt: skip

@@ -20,6 +20,9 @@ RESERVED = (NEXT, DONE, FAIL, ANY)
 ENDING = ("cancelled", "claim_lost")
 """Kinds that end a chain: somebody stopped the robot, or took its parts."""
 
+MOST_GOALS = 1000
+"""That a chain may run."""
+
 Ending = Literal["", "succeeded", "failed"]
 
 
@@ -66,7 +69,7 @@ class Chain(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     goals: tuple[ChainGoal, ...] = Field(min_length=1)
-    most_goals: int = Field(ge=1, le=1000)
+    most_goals: int = Field(ge=1, le=MOST_GOALS)
     own_kinds: tuple[Annotated[str, Field(pattern=f"^{FAILURE_KIND}$")], ...] = ()
 
     @model_validator(mode="after")

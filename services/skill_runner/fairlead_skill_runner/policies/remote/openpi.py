@@ -26,6 +26,7 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     no_server,
     output_of,
     refused_key,
+    require_names,
     say,
     server_failed,
     taken_server,
@@ -248,7 +249,5 @@ def check_openpi_options(skill: SkillManifest, options: Mapping[str, JsonValue])
         if image.deltas != NOW:
             what = f"images.{name}: deltas {list(NOW)}, as openpi takes one frame of each picture"
             raise ConfigError(expected(WHO, what, list(image.deltas)))
-    names = [checked.state_key, checked.prompt_key, *skill.images]
-    if len(set(names)) < len(names):
-        raise ConfigError(expected(WHO, "another name for state, prompt and each picture", names))
+    require_names(WHO, skill, checked.state_key, checked.prompt_key)
     return checked

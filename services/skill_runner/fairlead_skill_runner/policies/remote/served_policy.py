@@ -110,6 +110,13 @@ def check_remote_options(
     return checked
 
 
+def require_names(who: str, skill: SkillManifest, state: str, prompt: str) -> None:
+    """Raises `ConfigError` unless state, prompt and pictures have a name each in a request."""
+    names = [state, prompt, *skill.images]
+    if len(set(names)) < len(names):
+        raise ConfigError(expected(who, "another name for state, prompt and each picture", names))
+
+
 def no_server(who: str, skill: SkillManifest, options: RemoteOptions, cause: object) -> PolicyError:
     """Nobody answers at the address: the cause and the way out."""
     return PolicyError(
