@@ -133,12 +133,13 @@ def test_an_expert_that_sees_other_numbers_than_the_recorded_is_refused(tmp_path
 
 @pytest.mark.parametrize("name", ["My Clone", "klön", "."])
 def test_a_name_that_no_skill_can_have_is_said_before_anything_is_trained(
-    name: str, tmp_path: Path
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.chdir(tmp_path)
     data = drawn_dataset(tmp_path / "data", drawn_episode(1))
     said: list[str] = []
     with pytest.raises(ConfigError, match="^train: --out: the skill's id: expected 1 to 64 of a-z"):
-        train([data], EXPERT, RECIPE, tmp_path / name if name != "." else Path(), said.append)
+        train([data], EXPERT, RECIPE, Path(name), said.append)
     assert said == []
 
 

@@ -180,18 +180,6 @@ def test_a_name_that_ships_is_refused(installed: Path, tmp_path: Path) -> None:
         install_skill(written(tmp_path / "oracle-counter-to-cabinet"))
 
 
-def test_a_new_skill_of_a_name_that_ships_is_not_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    done = fairlead("skill", "new", "oracle-counter-to-cabinet", state=tmp_path)
-    assert (done.returncode, done.stderr) == (
-        1, "ERROR skill oracle-counter-to-cabinet: one of this name ships with fairlead; "
-        "rename yours\n",
-    )  # fmt: skip
-    assert not (tmp_path / "oracle-counter-to-cabinet").exists()
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [

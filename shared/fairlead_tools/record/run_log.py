@@ -110,15 +110,12 @@ class Run:
         return first
 
     def released(self) -> Iterator[tuple[ActionChunk, range]]:
-        """Each chunk, and the ticks of its rows that its first verdict released.
-
-        What has the number of an earlier chunk, and is no copy of it, was not released.
-        """
+        """Each chunk, and the ticks of its rows that its first verdict released."""
         verdicts = self.first_verdicts()
         judged: dict[tuple[str, int, int], ActionChunk] = {}
         for chunk in self.chunks:
             number = (chunk.source, chunk.claim_id, chunk.seq)
-            is_judged = judged.setdefault(number, chunk) == chunk
+            is_judged = judged.setdefault(number, chunk) == chunk  # else: forged
             _, verdict = verdicts.get(number, (0, None))
             ticks = range(0)
             if verdict is not None and verdict.released_first and is_judged:
