@@ -20,7 +20,7 @@ where there is a closed set of choices, the choices.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from fairlead.messages import Verdict
@@ -54,13 +54,18 @@ class MessageError(FairleadError):
     """Bytes that are not the message their key promises."""
 
 
+LayoutFailure = Literal[
+    "missing_frame", "stale_frame", "contested_frame", "loop", "missing_joint", "missing_tick",
+    "not_finite", "wrong_width", "unknown_skill", "no_assembler", "failed",
+]  # fmt: skip
+"""Why a layout vector cannot be assembled."""
+
+
 class LayoutError(FairleadError):
     """A layout vector cannot be assembled.
 
     Attributes:
-        kind: ``missing_frame``, ``stale_frame``, ``contested_frame``, ``loop``,
-            ``missing_joint``, ``missing_tick``, ``not_finite``, ``wrong_width``,
-            ``unknown_skill``, ``no_assembler`` or ``failed``.
+        kind: why, for programs.
         name: the frame, joint or layout concerned.
         parent: the frame the lookup started from, "" where there is none.
         age_ticks: how old the newest usable transform is, in ticks; -1 if there is none.
@@ -71,7 +76,7 @@ class LayoutError(FairleadError):
         self,
         message: str,
         *,
-        kind: str,
+        kind: LayoutFailure,
         name: str,
         parent: str = "",
         age_ticks: int = -1,

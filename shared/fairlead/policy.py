@@ -186,6 +186,10 @@ class Done:
     reason: str
 
 
+FAILURE_KIND = r"[a-z][a-z0-9_]{0,63}"
+"""How a kind of failure is written, as a regular expression."""
+
+
 @dataclass(frozen=True)
 class Failed:
     """The goal cannot be reached: it fails, decided by the policy.
@@ -202,7 +206,7 @@ class Failed:
     reason: str
 
     def __post_init__(self) -> None:
-        if not re.fullmatch(r"[a-z][a-z0-9_]{0,63}", self.kind):
+        if not re.fullmatch(FAILURE_KIND, self.kind):
             form = "1 to 64 of a-z 0-9 _ starting with a letter"
             raise ConfigError(expected("policy: Failed: kind", form, repr(self.kind)))
 

@@ -108,12 +108,13 @@ def test_what_ended_by_an_error_is_no_trial_and_is_said(
         ended(3, "failed", "policy_error: no policy server at ws://gpu", "policy", first_tick=0),
         ended(4, "cancelled", "cancelled: cancelled by ada", "operator"),
         ended(5, "failed", "stalled: no rows released for 30.0 s"),
+        ended(6, "failed", "claim_lost: no claim was taken: the gate stopped", first_tick=0),
     ]
-    assert [one.is_trial for one in done] == [True, True, True, False, False, True]
-    _print(SKILL, range(6), done, None, None, False)
+    assert [one.is_trial for one in done] == [True, True, True, False, False, True, False]
+    _print(SKILL, range(7), done, None, None, False)
     last = capsys.readouterr().out.splitlines()[-1]
     assert last.startswith(
-        f"{SKILL}: 2 of 4 succeeded (1 by the policy's own word), 2 not counted: ended by an error "
+        f"{SKILL}: 2 of 4 succeeded (1 by the policy's own word), 3 not counted: ended by an error "
         "or a cancel; 95 % interval 15 to 85 %"
     )
 

@@ -9,6 +9,8 @@ import pytest
 from fairlead.errors import ConfigError
 from fairlead.messages import GoalResult
 from fairlead.operate.chain import Chain, ChainRun, read_chain
+from fairlead.operate.failure_kinds import FAILURE_KINDS
+from tests.cli.command import fairlead_here
 
 PICK = {"name": "pick", "skill": "my-pick", "deadline_ticks": 600}
 DRIVE = {"name": "drive", "skill": "go-to", "prompt": "0 1 0", "deadline_ticks": 400}
@@ -16,7 +18,9 @@ PLACE = {"name": "place", "skill": "my-place", "deadline_ticks": 600}
 
 
 def chain(*goals: dict[str, object], most_goals: int = 20) -> Chain:
-    return Chain.model_validate({"goals": goals, "most_goals": most_goals})
+    return Chain.model_validate(
+        {"goals": goals, "most_goals": most_goals, "own_kinds": ["object_lost"]}
+    )
 
 
 def result(kind: str = "", outcome: str = "failed") -> GoalResult:
@@ -103,6 +107,12 @@ def test_whoever_stops_the_robot_ends_the_chain(kind: str) -> None:
          "most_goals: 1\n", "goal 'a': on_failure: stalled: expected one of fail, a, got 'done'"),
         ("goals: [{name: a, skill: s, deadline_ticks: 1, on_failure: {claim_lost: a}}]\n"
          "most_goals: 1\n", "goal 'a': on_failure: claim_lost ends the whole chain"),
+        ("goals: [{name: a, skill: s, deadline_ticks: 1, on_failure: {deadlin: a}}]\n"
+         "most_goals: 1\n", "got 'deadlin' (did you mean deadline?); one that a policy of yours"),
+        ("goals: [{name: a, skill: s, deadline_ticks: 1, on_failure: {obect_lost: a}}]\n"
+         "most_goals: 1\nown_kinds: [object_lost]\n", "(did you mean object_lost?)"),
+        ("goals: [{name: a, skill: s, deadline_ticks: 1}]\nmost_goals: 1\nown_kinds: [Lost]\n",
+         "own_kinds.0: "),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused_with_the_file(tmp_path: Path, text: str, said: str) -> None:
@@ -111,6 +121,12 @@ def test_what_does_not_fit_is_refused_with_the_file(tmp_path: Path, text: str, s
     with pytest.raises(ConfigError) as caught:
         read_chain(file)
     assert str(file) in str(caught.value) and said in str(caught.value)
+
+
+def test_every_kind_of_failure_may_be_named() -> None:
+    kinds = [kind for kind in FAILURE_KINDS if kind not in ("cancelled", "claim_lost")]
+    run = ChainRun(chain(PICK | {"on_failure": dict.fromkeys([*kinds, "any"], "pick")}))
+    assert told(run, *kinds[:3], "") == ["pick"] * 4
 
 
 def test_a_goal_knows_what_follows_its_success_as_long_as_the_chain_may_run_on() -> None:
@@ -129,3 +145,10 @@ def test_a_failure_that_is_named_uses_up_no_retry() -> None:
     run = ChainRun(chain(PICK | {"retries": 1, "on_failure": {"object_lost": "pick"}}))
     assert told(run, "object_lost", "object_lost", "stalled", "") == ["pick"] * 4
     assert run.ending == "succeeded"
+
+
+def test_more_goals_than_a_chain_may_have_are_a_wrong_command_line(tmp_path: Path) -> None:
+    done = fairlead_here("run", "go-to", *["--then", "go-to"] * 1000, state=tmp_path)
+    assert (done.returncode, done.stderr) == (
+        1, "ERROR run: --then: expected at most 999 goals after the first, got 1000\n"
+    )  # fmt: skip

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,7 @@ from fairlead_tools.learn.dataset import (
     require_skill,
     same_kind,
 )
+from fairlead_tools.learn.lerobot_export import export_lerobot
 from tests.cli.command import fairlead_here
 from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode
 
@@ -56,28 +59,72 @@ def test_a_dataset_without_episodes_is_begun_again(tmp_path: Path) -> None:
         begin(tmp_path, EXPERT, "panda_mobile", 0.0)
 
 
-@pytest.mark.parametrize("damage", ["none", "json", "missing", "cut", "empty", "short", "pickle"])
-def test_what_is_no_dataset_is_one_error_with_the_file(tmp_path: Path, damage: str) -> None:
-    folder = drawn_dataset(tmp_path / "d", drawn_episode(7))
-    header, file = folder / "dataset.json", folder / "episode_000007.npz"
-    if damage == "none":
-        header.unlink()
-    elif damage == "json":
-        header.write_text("{")
-    elif damage == "missing":
-        file.unlink()
-    elif damage == "cut":
-        file.write_bytes(file.read_bytes()[:100])
-    elif damage == "empty":
-        file.write_bytes(b"")
-    elif damage == "short":
-        one = drawn_episode(7, 4)
-        np.savez(file, states=one.states, rows=one.rows, acted=one.acted)
-    else:
-        np.savez(file, states=np.array([{}]), rows=np.zeros(1), acted=np.zeros(1))
-    with pytest.raises(ConfigError) as caught:
-        list(episodes(folder))
-    assert str(header if damage in ("none", "json") else file) in str(caught.value)
+def with_words(old: bytes, new: bytes) -> Callable[[bytes], bytes]:
+    return lambda data: data.replace(old, new, 1)
+
+
+def saved(**arrays: Any) -> bytes:
+    file = io.BytesIO()
+    np.savez_compressed(file, **arrays)
+    return file.getvalue()
+
+
+def of_another_length(data: bytes) -> bytes:
+    one = drawn_episode(7, 4)
+    return saved(states=one.states, rows=one.rows, acted=one.acted)
+
+
+def flipped(data: bytes) -> bytes:
+    data = saved(states=drawn_episode(7).states)
+    return data[:300] + bytes(byte ^ 0x5A for byte in data[300:1200]) + data[1200:]
+
+
+def one_array(data: bytes) -> bytes:
+    file = io.BytesIO()
+    np.save(file, np.zeros(3))
+    return file.getvalue()
+
+
+def encrypted(data: bytes) -> bytes:
+    flags = data.index(b"PK\1\2") + 8
+    return data[:flags] + bytes([data[flags] | 1]) + data[flags + 1 :]
+
+
+def huge(data: bytes) -> bytes:
+    file, stated = io.BytesIO(), io.BytesIO()
+    form = {"descr": "<f8", "fortran_order": False, "shape": (12, 10**14)}
+    np.lib.format.write_array_header_1_0(stated, form)
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("states.npy", stated.getvalue())
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("name", "damaged"),
+    [
+        ("dataset.json", lambda data: b"{"),
+        ("dataset.json", with_words(b"mobile", b"\xff")),
+        ("dataset.json", with_words(b'"meaning": {', b'"meaning": {"x":' + b"[" * 9999)),
+        ("episode_000007.npz", lambda data: data[:100]),
+        ("episode_000007.npz", lambda data: b""),
+        ("episode_000007.npz", lambda data: saved(states=np.array([{}]))),
+        ("episode_000007.npz", of_another_length),
+        ("episode_000007.npz", flipped),
+        ("episode_000007.npz", one_array),
+        ("episode_000007.npz", encrypted),
+        ("episode_000007.npz", huge),
+    ],
+)
+def test_what_is_no_dataset_is_one_error_with_the_file(
+    name: str, damaged: Callable[[bytes], bytes], tmp_path: Path
+) -> None:
+    file = drawn_dataset(tmp_path / "d", drawn_episode(7)) / name
+    file.write_bytes(damaged(file.read_bytes()))
+    with pytest.raises(ConfigError, match=re.escape(str(file))):
+        list(episodes(tmp_path / "d"))
+    file.unlink()
+    with pytest.raises(ConfigError, match=re.escape(str(file))):
+        list(episodes(tmp_path / "d"))
 
 
 def test_datasets_of_different_layouts_do_not_go_together(tmp_path: Path) -> None:
@@ -180,21 +227,44 @@ def test_a_dataset_that_does_not_say_what_its_numbers_mean_teaches_nothing(tmp_p
     [
         ({"states": np.full((12, 30), np.inf)}, "states: expected finite numbers, got inf in"),
         ({"rows": np.full((12, 12), np.nan, np.float32)}, "rows: expected finite numbers, got nan"),
-        ({"rows": np.array([["x"] * 12] * 12)}, "rows: expected numbers [12, N], got <U1"),
-        ({"acted": np.zeros((12, 2, 2))}, "acted: expected numbers [12, N], got float64 [12, 2"),
+        ({"rows": np.array([["x"] * 12] * 12)}, "rows: expected float32 [12, N], got <U1 [12, 12"),
+        ({"acted": np.zeros((12, 2, 2))}, "acted: expected float32 [12, 12], got float64 [12, 2"),
         ({"rows": np.zeros((12, 99), np.float32)},
-         "acted: expected as many numbers as rows, 99, got 12"),
+         "acted: expected float32 [12, 99], got float32 [12, 12]"),
+        ({"states": np.zeros((12, 0))}, "states: expected float64 [12, N], got float64 [12, 0]"),
+        ({"labels": np.full((12, 8, 12), np.nan, np.float32)},
+         "labels: expected finite numbers, got nan in tick 0"),
+        ({"labels": np.zeros((12, 8, 5), np.float32)},
+         "labels: expected float32 [12, N, 12], got float32 [12, 8, 5]"),
+        ({"released": np.array(["x"] * 12)}, "released: expected bool [12], got <U1 [12]"),
+        ({"picture_eye": np.zeros((12, 4, 4, 4), np.uint8)},
+         "picture_eye: expected uint8 [12, N, N, 3], got uint8 [12, 4, 4, 4]"),
+        ({"picture_eye": np.zeros((12, 0, 4, 3), np.uint8)},
+         "picture_eye: expected uint8 [12, N, N, 3], got uint8 [12, 0, 4, 3]"),
     ],
 )  # fmt: skip
 def test_numbers_that_are_none_of_an_episode_are_refused_by_file_and_name(
     arrays: dict[str, Any], said: str, tmp_path: Path
 ) -> None:
     folder = drawn_dataset(tmp_path / "d", drawn_episode(0))
-    file = folder / "episode_000000.npz"
+    file, header = folder / "episode_000000.npz", json.loads((folder / "dataset.json").read_text())
+    header["expert"] = "x" if "labels" in arrays else ""
+    header["deployed"] = "released" in arrays
+    header["pictures"] = [name[8:] for name in arrays if name.startswith("picture_")]
+    (folder / "dataset.json").write_text(json.dumps(header))
     with np.load(file) as kept:
         np.savez(file, **{**kept, **arrays})
     with pytest.raises(ConfigError, match=re.escape(f"dataset: {file}: {said}")):
         list(episodes(folder))
+
+
+def test_numbers_of_another_skill_are_refused_by_file_and_name(tmp_path: Path) -> None:
+    folder = drawn_dataset(tmp_path / "d", drawn_episode(0))
+    file = folder / "episode_000000.npz"
+    with np.load(file) as kept:
+        np.savez(file, **{**kept, "states": np.zeros((12, 5))})
+    with pytest.raises(ConfigError, match=re.escape(f"{file}: states: expected float64 [12, 30]")):
+        export_lerobot(folder, tmp_path / "l", EXPERT, failed=True)
 
 
 def test_a_recording_that_was_ended_at_once_has_nothing_to_learn_from(tmp_path: Path) -> None:
@@ -207,8 +277,8 @@ def test_a_recording_that_was_ended_at_once_has_nothing_to_learn_from(tmp_path: 
     assert not (tmp_path / "mine").exists()
 
 
-@pytest.mark.parametrize(("field", "wrong"), [("rate_hz", 0), ("ticks", -1)])
-def test_a_dataset_of_no_rate_or_of_fewer_than_no_ticks_is_none(
+@pytest.mark.parametrize(("field", "wrong"), [("rate_hz", 0), ("ticks", 0)])
+def test_a_dataset_of_no_rate_or_of_an_episode_without_ticks_is_none(
     field: str, wrong: int, tmp_path: Path
 ) -> None:
     file = drawn_dataset(tmp_path / "d", drawn_episode(0)) / "dataset.json"

@@ -16,6 +16,7 @@ from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_tools.learn.labels import label, state_beside
 from fairlead_tools.learn.network import features, fit, onnx_bytes
 from fairlead_tools.learn.train import Recipe, train
+from tests.cli.command import fairlead_here
 from tests.learn.drawn import EXPERT, drawn_dataset, drawn_episode, drawn_state
 from tests.runner.onnx_skill import install
 
@@ -127,4 +128,28 @@ def test_an_expert_that_sees_other_numbers_than_the_recorded_is_refused(tmp_path
         f"dataset {data}: its numbers mean others than those of skill {EXPERT.id}:",
         "  state_contract.bindings.world_frame: expected nothing, got odom",
     ]
+    assert not (tmp_path / "mine").exists()
+
+
+@pytest.mark.parametrize("name", ["My Clone", "klön", "."])
+def test_a_name_that_no_skill_can_have_is_said_before_anything_is_trained(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    data = drawn_dataset(tmp_path / "data", drawn_episode(1))
+    said: list[str] = []
+    with pytest.raises(ConfigError, match="^train: --out: the skill's id: expected 1 to 64 of a-z"):
+        train([data], EXPERT, RECIPE, Path(name), said.append)
+    assert said == []
+
+
+def test_a_seed_that_scikit_learn_does_not_take_is_a_wrong_command_line(tmp_path: Path) -> None:
+    done = fairlead_here("train", "d", "--out", "mine", "--seed", str(2**32), state=tmp_path)
+    assert done.returncode == 2 and "--seed" in done.stderr
+
+
+def test_too_few_labels_to_leave_one_out_are_said(tmp_path: Path) -> None:
+    data = drawn_dataset(tmp_path / "data", drawn_episode(1, 2))
+    with pytest.raises(ConfigError, match="^train: expected 20 labels or more, got 4$"):
+        train([data], EXPERT, RECIPE, tmp_path / "mine", print)
     assert not (tmp_path / "mine").exists()

@@ -60,7 +60,8 @@ def _release(variable: str, path: Path) -> str:
         done = subprocess.run(ask, capture_output=True, text=True, check=False)
     except OSError as error:
         return f"no release: {error.strerror}"
-    return done.stdout.strip() or "a commit that it does not tell"
+    installed = [one.stem for one in path.glob(f"*{variable.lower()}-*.dist-info")]
+    return done.stdout.strip() or "".join(installed) or "a commit that it does not tell"
 
 
 def _demand(variable: str) -> list[Path]:

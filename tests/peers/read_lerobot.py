@@ -25,6 +25,8 @@ def main() -> None:
         "mean": data.meta.stats["action"]["mean"].tolist(),
         "cameras": data.meta.camera_keys,
     }
+    if "released" in data.meta.features:
+        document["released"] = [bool(frame["released"]) for frame in frames]
     for key in data.meta.camera_keys:  # from 0 to 1, colours first
         document[key] = [(frame[key] * 255).round().int().flatten().tolist() for frame in frames]
         document[f"{key} mean"] = data.meta.stats[key]["mean"].tolist()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fairlead_tools.learn.dataset import add, begin
 from fairlead_tools.learn.lerobot_export import export_lerobot
 from tests.learn.drawn import (
     CLONE,
@@ -36,6 +38,16 @@ def test_lerobot_gives_back_every_recorded_number(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.array(told["action"], np.float32), acted)
     np.testing.assert_array_equal(np.array(told["state"], np.float32), states)
     np.testing.assert_allclose(told["mean"], acted.astype(float).mean(0), rtol=1e-6)
+
+
+def test_lerobot_is_told_which_ticks_of_a_deployed_episode_were_released(tmp_path: Path) -> None:
+    lerobot()
+    released = np.arange(12) % 3 > 0
+    header = begin(tmp_path / "data", EXPERT, "panda_mobile", 0.0, deployed=True)
+    add(tmp_path / "data", header, replace(drawn_episode(1), released=released))
+    export_lerobot(tmp_path / "data", tmp_path / "lerobot", EXPERT, failed=False)
+    said = by_lerobot(tmp_path, "read_lerobot", tmp_path / "lerobot")
+    assert json.loads(said.splitlines()[-1])["released"] == released.tolist()
 
 
 def test_lerobot_gives_back_every_pixel_of_recorded_pictures(tmp_path: Path) -> None:

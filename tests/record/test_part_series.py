@@ -79,6 +79,16 @@ def test_released_is_what_the_chunks_first_verdict_names(run: Run) -> None:
     assert by_name(run)["base base_x"].released == {11: 0.25}
 
 
+def test_what_takes_the_number_of_a_released_chunk_was_not_released(run: Run) -> None:
+    forged = [
+        msgspec.structs.replace(part, values=pack_floats([7.0] * (len(part.values) // 8)))
+        for part in candidate().parts
+    ]
+    run.chunks.append(candidate())  # a copy, sent again
+    run.chunks.append(replace_parts(forged))
+    assert by_name(run)["base base_x"].released == {11: 0.25}
+
+
 def test_a_chunk_that_is_made_for_another_robot_has_no_curves(run: Run) -> None:
     wrong = [
         ActionPart(part=9, mode=1, frame_id="", values=b"12345678", active=()),

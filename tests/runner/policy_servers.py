@@ -18,9 +18,9 @@ from websockets.sync.server import Server, ServerConnection, serve
 Array = np.ndarray[Any, np.dtype[Any]]
 Document = Any
 
-ANSWERS = Callable[[Document, int], bytes | bytearray | str | None]
+ANSWERS = Callable[[Document, int], bytes | bytearray | str | list[bytes] | None]
 """What to send for the nth request (0 is the first); None: nothing; a bytearray: as it is on the
-wire, of which nothing else follows."""
+wire, of which nothing else follows; a list: the parts of one message."""
 
 DEEP = b"\x91" * 50_000 + b"\xc0"
 """A list in a list in a list ..., in msgpack."""
@@ -113,6 +113,7 @@ class OpenpiServer:
                 if answer is None:
                     link.close()
                     return
+                assert not isinstance(answer, list)
                 if isinstance(answer, bytearray):
                     link.socket.sendall(answer)
                     link.socket.shutdown(socket.SHUT_RDWR)
@@ -188,8 +189,8 @@ class RldxServer:
                 continue
             self.requests.append(request["data"])
             answer = self._answers(request["data"], len(self.requests) - 1)
-            assert isinstance(answer, bytes)
-            self._socket.send(answer)
+            assert isinstance(answer, bytes | list)
+            self._socket.send_multipart(answer if isinstance(answer, list) else [answer])
 
     def _quick(self, request: Document) -> Document:
         if self.api_token is not None and request.get("api_token") != self.api_token:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import msgspec
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from tests.runner.policy_servers import (
 pytestmark = pytest.mark.processes
 
 
-Broken = dict[str, tuple[bytes | bytearray | str | None, str]]
+Broken = dict[str, tuple[bytes | bytearray | str | list[bytes] | None, str]]
 BROKEN_OPENPI: Broken = {
     "too narrow": (openpi_actions(ROWS[:, :11]),
                    "expected actions as floats [1 to 50, 12], got float32 [4, 11]"),
@@ -35,6 +37,8 @@ BROKEN_OPENPI: Broken = {
                    "expected an output actions, got none of that name"),
     "other names": (msgspec.msgpack.encode({"action": 1, "timing": 2}),
                     "expected an output actions, got none of that name (valid: action, timing)"),
+    "names that are none": (msgspec.msgpack.encode({1: 2, b"x": 3}),
+                            "expected an output actions, got none of that name (valid: 1, b'x')"),
     "more rows than the skill takes": (
         openpi_actions(np.zeros((51, 12), np.float32)),
         "expected actions as floats [1 to 50, 12], got float32 [51, 12]"),
@@ -55,6 +59,9 @@ BROKEN_OPENPI: Broken = {
     "a shape of nothing": (
         msgspec.msgpack.encode({"actions": openpi_array(ROWS) | {b"shape": [None, 12]}}),
         "answered no message: "),
+    "a shape without an end": (
+        msgspec.msgpack.encode({"actions": openpi_array(ROWS) | {b"shape": [math.inf, 12]}}),
+        "answered no message: 'float' object"),
     "hangs up": (None, "closed the connection: "),
     "hangs up in the middle": (bytearray(b"\x82\x7e\xff\xff" + DEEP[:1000]),
                                "closed the connection: "),
@@ -73,9 +80,17 @@ BROKEN_RLDX: Broken = {
     "an output left out": (
         rldx_actions({n: a for n, a in GOOD.items() if n != "base_motion"}),
         "expected an output action.base_motion, got none of that name (valid: action.end_eff"),
+    "names that are none": (msgspec.msgpack.encode([{1: 2}, {}]),
+                            "expected an output action.end_effector_position, got none of that"),
     "unequal rows": (rldx_actions(GOOD | {"base_motion": ROWS[:3, 7:11]}),
                      "expected as many rows of every action, got 4, 4, 4, 3, 4"),
     "an error": (msgspec.msgpack.encode({"error": "no such key"}), "failed: no such key"),
+    "a traceback": (
+        msgspec.msgpack.encode({"error": "Traceback ...\n  ...\nValueError: no weights\n\n---\n"}),
+        "failed: ValueError: no weights"),
+    "an error without an end": (
+        msgspec.msgpack.encode({"error": "x" * 5_000_000}), f"failed: {'x' * 1000}"),
+    "a message of two parts": ([rldx_actions(GOOD), b"more"], "answered no message: "),
     "a map": (msgspec.msgpack.encode({"action": 1}),
               "expected a list that begins with a map, got dict"),
     "no message": (b"\xc1", "answered no message: "),
@@ -111,4 +126,4 @@ def test_a_server_that_answers_garbage_is_refused_before_any_claim(
     options = skill.policy.options | {"address": started.address}
     said = failure(lambda: policy.from_options(skill, options))
     assert said.startswith(f"{server} policy: ")
-    assert text in said
+    assert text in said and len(said) < 2000

@@ -15,7 +15,7 @@ from websockets.asyncio.client import connect as connect_async
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from fairlead.errors import PolicyError
+from fairlead.errors import ConfigError, PolicyError
 from fairlead.policy import Observation, Policy
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
@@ -78,7 +78,8 @@ def test_a_picture_is_served_as_the_client_s_skill_declares_it_and_not_changed_a
 
 def test_who_has_no_key_or_comes_second_is_turned_away_and_the_first_goes_on() -> None:
     with served(SKILL.id, key="k3y") as address:
-        for headers in ({}, {"Authorization": "Api-Key other"}):
+        twice = [("Authorization", "Api-Key k3y")] * 2
+        for headers in ({}, {"Authorization": "Api-Key other"}, twice):
             with pytest.raises(InvalidStatus, match="401"):
                 connect(address, additional_headers=headers)
         key = {"Authorization": "Api-Key k3y"}
@@ -93,6 +94,14 @@ def test_who_has_no_key_or_comes_second_is_turned_away_and_the_first_goes_on() -
             assert isinstance(first.recv(timeout=20), bytes)
         with connect(address, additional_headers=key) as third:
             assert isinstance(third.recv(timeout=20), bytes)
+
+
+@pytest.mark.parametrize("keys", [("prompt", "prompt"), ("wrist", "prompt")])
+def test_state_prompt_and_pictures_have_a_name_each(keys: tuple[str, str]) -> None:
+    skill = load_skill("bc-reach-cube")
+    skill = skill.model_copy(update={"images": {"wrist": skill.images["eye"]}})
+    with pytest.raises(ConfigError, match="^serve-policy: expected another name for state, "):
+        PolicyServer(skill, OraclePolicy(8), keys, None, print)
 
 
 WRONG: list[tuple[Any, str]] = [

@@ -161,3 +161,18 @@ def test_metadata_may_be_empty(closing: list[Any], capfd: pytest.CaptureFixture[
     closing.append(server)
     load((PI05, server.address))
     assert "tells of itself: nothing; asked with a probe" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("location", ["https://127.0.0.1/x", "ws://[::zz/"])
+def test_a_server_that_sends_elsewhere_than_to_a_policy_server_is_none(
+    location: str, closing: list[Any]
+) -> None:
+    def moved(link: ServerConnection, asked: Any) -> Response:
+        answer = Response(301, "Moved Permanently", Headers())
+        answer.headers["Location"] = location
+        return answer
+
+    server = OpenpiServer(lambda request, n: None, guard=moved)
+    closing.append(server)
+    text = failure(lambda: load((PI05, server.address)))
+    assert text.startswith(f"openpi policy: no policy server at {server.address}: ")

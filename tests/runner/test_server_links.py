@@ -14,7 +14,7 @@ from fairlead.errors import ConfigError, PolicyError
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.rldx_zmq import RldxZmqPolicy
-from tests.runner.asked_policies import PI05, RLDX, ROWS, observation
+from tests.runner.asked_policies import PI05, RLDX, ROWS, failure, observation
 from tests.runner.half_open import HalfOpen
 from tests.runner.policy_servers import (
     ANSWERS,
@@ -177,3 +177,20 @@ def test_rldx_outputs_have_a_name_each() -> None:
     twice: JsonValue = [{"name": "arm", "width": 6}, {"name": "arm", "width": 6}]
     with pytest.raises(ConfigError, match="actions: expected each name once"):
         RldxZmqPolicy.check_options(skill, {**skill.policy.options, "actions": twice})
+
+
+def test_an_answer_that_is_too_large_is_not_taken_in(closing: list[Any]) -> None:
+    server = RldxServer(lambda request, n: bytes(65 * 2**20))
+    closing.append(server)
+    skill = load_skill(RLDX)
+    options: dict[str, JsonValue] = {"address": server.address, "warm_up_timeout_s": 2.0}
+    text = failure(lambda: RldxZmqPolicy.from_options(skill, skill.policy.options | options))
+    assert text.endswith("no answer within 2 s; the link was lost meanwhile")
+
+
+@pytest.mark.parametrize("address", ["tcp://*:5555", "tcp://a@b:1", "tcp://ü.invalid:5555"])
+def test_an_address_that_cannot_be_dialled_is_no_server_s(address: str) -> None:
+    skill = load_skill(RLDX)
+    options = skill.policy.options | {"address": address}
+    text = failure(lambda: RldxZmqPolicy.from_options(skill, options))
+    assert text.startswith(f"rldx policy: no policy server at {address}: Invalid argument")

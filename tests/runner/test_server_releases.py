@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -42,9 +43,15 @@ from tests.runner.policy_servers import (
 pytestmark = pytest.mark.processes
 
 SKILL = load_skill(RLDX)
-_FILE = io.BytesIO()
-np.save(_FILE, np.array([None]), allow_pickle=True)
-PICKLED = _FILE.getvalue()
+
+
+def saved(array: Array) -> bytes:
+    file = io.BytesIO()
+    np.save(file, array, allow_pickle=True)
+    return file.getvalue()
+
+
+PICKLED, GOOD_NPY = saved(np.array([None])), saved(np.zeros(2))
 NEWER = "__ModalityConfig__"
 
 
@@ -219,7 +226,13 @@ def test_gr00t_n1_5_gets_the_observation_itself_and_answers_with_the_map_alone(
         ({b"nd": True, b"type": "<f4", b"data": bytes(4)}, "an array without its shape"),
         ({b"nd": 1, b"type": "|O", b"kind": b"O", b"data": b"\x80\x04."}, "an array of |O"),
         ({b"nd": True, b"type": "<f4", b"shape": [9], b"data": bytes(4)}, "cannot reshape"),
+        ({b"nd": True, b"type": "<f4", b"shape": [1.0], b"data": bytes(4)}, "'float' object"),
+        ({b"nd": True, b"type": "<f4", b"shape": [math.inf], b"data": bytes(4)}, "'float' object"),
+        ({b"nd": False, b"type": "<f4", b"data": b""}, "cannot reshape"),
         ({"__ndarray_class__": True, "as_npy": PICKLED}, "Object arrays cannot be loaded"),
+        ({"__ndarray_class__": True, "as_npy": b"PK\3\4" + bytes(99)}, "the magic string is not"),
+        ({"__ndarray_class__": True, "as_npy": GOOD_NPY.replace(b"{'", b"{{'")},
+         "an array whose header is none"),
     ],
 )  # fmt: skip
 def test_an_array_that_is_none_or_would_be_unpickled_is_refused(packed: Any, text: str) -> None:

@@ -113,6 +113,7 @@ def test_constant_padding_beyond_the_contract_is_no_finding_and_active_padding_i
     ("content", "text"),
     [
         ("{", "not JSON: "),
+        ("[" * 100_000, "not JSON: "),
         ("[]", "expected a map, got list"),
         ('{"state": {}}', "no action statistics (valid: action, norm_stats.actions, "
          "<embodiment>.action.<name>; the file has: state)"),

@@ -12,6 +12,7 @@ import yaml
 from fairlead.policy import Executed, Observation
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.skills.skeleton import skill_skeleton
+from tests.cli.command import fairlead_here
 
 
 def test_a_new_skills_joint_targets_begin_where_the_robot_is_and_again_after_a_hold(
@@ -52,3 +53,15 @@ def test_a_delta_of_an_arm_with_five_joints_leaves_the_turn_to_it() -> None:
     manifest = yaml.safe_load(skill_skeleton("mine", short)["rskill.yaml"])
     (slot,) = manifest["action_contract"]["slots"]
     assert (slot["range"], slot["axes"]) == ([0, 2], [0, 1, 2])
+
+
+def test_a_new_skill_of_a_name_that_ships_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = fairlead_here("skill", "new", "oracle-counter-to-cabinet", state=tmp_path)
+    assert (done.returncode, done.stderr) == (
+        1, "ERROR skill oracle-counter-to-cabinet: one of this name ships with fairlead; "
+        "rename yours\n",
+    )  # fmt: skip
+    assert not (tmp_path / "oracle-counter-to-cabinet").exists()

@@ -34,7 +34,7 @@ from fairlead.skill.state_contract import StateContract
 from fairlead_skill_runner.action_rows import policy_rows
 from fairlead_skill_runner.policies.backends import make_policy
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
-from fairlead_skill_runner.policies.remote.served_policy import NO_MESSAGE
+from fairlead_skill_runner.policies.remote.served_policy import NO_MESSAGE, require_names
 from fairlead_skill_runner.policies.remote.served_skill import KEY, told_of
 
 _MESSAGE_MAX_BYTES = 64 * 2**20
@@ -50,6 +50,9 @@ class PolicyServer:
         keys: the names of state and prompt in a request.
         api_key: what a client has to send; None lets all in.
         say: told of clients that come and of requests that are refused.
+
+    Raises:
+        ConfigError: two of the names are one.
     """
 
     def __init__(
@@ -60,6 +63,7 @@ class PolicyServer:
         api_key: str | None,
         say: Callable[[str], None],
     ) -> None:
+        require_names("serve-policy", skill, *keys)
         self._skill, self._policy, self._say = skill, policy, say
         self._state_key, self._prompt_key = keys
         self._api_key = api_key
@@ -76,7 +80,7 @@ class PolicyServer:
     def _admit(self, link: ServerConnection, asked: Request) -> Response | None:
         if asked.path == "/healthz":  # as openpi's own
             return link.respond(HTTPStatus.OK, "OK\n")
-        given = asked.headers.get("Authorization", "")
+        given = ", ".join(asked.headers.get_all("Authorization"))  # several are none
         if self._api_key is not None and not hmac.compare_digest(
             given.encode(), f"Api-Key {self._api_key}".encode()
         ):

@@ -14,6 +14,7 @@ from fairlead.errors import (
     RefusedError,
 )
 from fairlead.messages import GoalResult, LayoutFault, LayoutState
+from fairlead.operate.failure_kinds import OfRunner
 from fairlead.policy import Done, Failed
 from fairlead.skill.manifest import SkillManifest
 
@@ -27,8 +28,8 @@ def _ended(outcome: Ending, by: Decider, kind: str, detail: str) -> GoalResult:
     )
 
 
-def _failed(kind: str, detail: str) -> GoalResult:
-    return _ended("failed", "runner", kind, detail)
+def _failed(kind: OfRunner, detail: str, by: Decider = "runner") -> GoalResult:
+    return _ended("failed", by, kind, detail)
 
 
 def at_ticks(result: GoalResult, first_tick: int, last_tick: int, note: str) -> GoalResult:
@@ -49,12 +50,11 @@ def success() -> GoalResult:
 
 def solved_before() -> GoalResult:
     """The task was done before the skill's first row: that is no success of the skill."""
-    return _ended(
-        "failed",
-        "task",
+    return _failed(
         "already_solved",
         "the task's own check was true before the skill did anything; for a new scene: "
         "fairlead run with --seed",
+        by="task",
     )
 
 
@@ -71,7 +71,7 @@ def cancelled(by: str) -> GoalResult:
 
 def policy_error(error: FairleadError) -> GoalResult:
     """The policy failed, hung, or returned something that is no action."""
-    return _ended("failed", "policy", "policy_error", str(error))
+    return _failed("policy_error", str(error), by="policy")
 
 
 def by_policy(end: Done | Failed) -> GoalResult:
@@ -85,7 +85,7 @@ def of_error(error: FairleadError) -> GoalResult:
     """A goal that ended before its first tick."""
     if isinstance(error, PolicyError):
         return policy_error(error)
-    kinds: dict[type[FairleadError], str] = {
+    kinds: dict[type[FairleadError], OfRunner] = {
         RefusedError: "claim_refused",
         NoAnswerError: "no_answer",
         ConfigError: "not_admitted",
@@ -127,9 +127,8 @@ def layout_fault(tick: int, fault: LayoutFault) -> GoalResult:
     """The assembler's own reason, as ``layout_<kind>``."""
     parent = f" in {fault.parent}" if fault.parent else ""
     age = f", newest {fault.age_ticks} ticks old" if fault.age_ticks >= 0 else ", never seen"
-    return _failed(
-        f"layout_{fault.kind}", f"at tick {tick}: {fault.name}{parent}{age}: {fault.text}"
-    )
+    told = f"at tick {tick}: {fault.name}{parent}{age}: {fault.text}"
+    return _ended("failed", "runner", f"layout_{fault.kind}", told)
 
 
 def layout_missing(silent_ticks: int, tick: int) -> GoalResult:

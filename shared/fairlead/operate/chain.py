@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import difflib
 from pathlib import Path
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from fairlead.messages import GoalResult
+from fairlead.operate.failure_kinds import FAILURE_KINDS
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.robot import STALL_TIMEOUT_S
+from fairlead.policy import FAILURE_KIND
 from fairlead.yaml_file import load_yaml
 
 NEXT, DONE, FAIL, ANY = "next", "done", "fail", "any"
 RESERVED = (NEXT, DONE, FAIL, ANY)
 ENDING = ("cancelled", "claim_lost")
 """Kinds that end a chain: somebody stopped the robot, or took its parts."""
+
+MOST_GOALS = 1000
+"""That a chain may run."""
 
 Ending = Literal["", "succeeded", "failed"]
 
@@ -57,12 +63,14 @@ class Chain(BaseModel):
     """Goals in the order of the file; the first one begins.
 
     most_goals: how many are run at most, retries counted: no chain goes on for ever.
+    own_kinds: of failures, that the goals' policies say and no other goal's.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     goals: tuple[ChainGoal, ...] = Field(min_length=1)
-    most_goals: int = Field(ge=1, le=1000)
+    most_goals: int = Field(ge=1, le=MOST_GOALS)
+    own_kinds: tuple[Annotated[str, Field(pattern=f"^{FAILURE_KIND}$")], ...] = ()
 
     @model_validator(mode="after")
     def _check_names(self) -> Self:
@@ -78,6 +86,7 @@ class Chain(BaseModel):
             for kind, target in goal.on_failure.items():
                 if kind in ENDING:
                     raise ValueError(f"goal {goal.name!r}: on_failure: {kind} ends the whole chain")
+                _check_kind(f"goal {goal.name!r}: on_failure", kind, self.own_kinds)
                 _check_target(f"goal {goal.name!r}: on_failure: {kind}", target, [FAIL, *names])
         return self
 
@@ -85,6 +94,17 @@ class Chain(BaseModel):
 def _check_target(who: str, target: str, valid: list[str]) -> None:
     if target not in valid:
         raise ValueError(f"{who}: expected one of {', '.join(valid)}, got {target!r}")
+
+
+def _check_kind(who: str, kind: str, own: tuple[str, ...]) -> None:
+    valid = [ANY, *own, *(one for one in FAILURE_KINDS if one not in ENDING)]
+    if kind not in valid:
+        close = difflib.get_close_matches(kind, valid, n=1)
+        meant = f" (did you mean {close[0]}?)" if close else ""
+        raise ValueError(
+            f"{who}: expected one of {', '.join(valid)}, got {kind!r}{meant}; one that a policy of "
+            "yours says goes into own_kinds of the chain"
+        )
 
 
 def read_chain(file: Path) -> Chain:

@@ -41,8 +41,8 @@ NO_TRIAL = frozenset(
         "internal_error", "new_session", "no_answer", "not_admitted",
     }
 )  # fmt: skip
-"""Kinds of ends, beside those of layouts and of a policy that was never asked, that say nothing of
-how well the skill does its task."""
+"""Kinds of ends, beside those of layouts and before the policy was asked, that say nothing of how
+well the skill does its task."""
 HEADER = ("SEED", "OUTCOME", "TICKS", "REFUSED", "STARVED", "STALLS", "SEAM", "STOPS", "WHY")
 READY_WAIT_S, PAUSE_S = 15.0, 0.2
 T = TypeVar("T")
@@ -77,8 +77,7 @@ class Episode:
     @property
     def is_trial(self) -> bool:
         """Whether the skill could show what it can."""
-        kind = self.why.partition(":")[0]
-        never_asked = kind == "policy_error" and not self.first_tick
+        kind, never_asked = self.why.partition(":")[0], not self.first_tick
         is_none = never_asked or kind in NO_TRIAL or kind.startswith("layout_")
         return self.outcome == "succeeded" or not is_none
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from fairlead_tools.learn.record import Teacher
 
 DATASETS = Path("out/datasets")
+MAX_SEED = 2**32 - 1  # scikit-learn's
 SOURCE, CLONED = "panda_mobile_sim", "oracle-counter-to-cabinet"
 DatasetArgument = Annotated[Path, typer.Argument(help="a folder that dataset record made")]
 
@@ -210,7 +211,7 @@ def train_command(
             autocompletion=complete_skill,
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="of all that is drawn")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_SEED, help="of all that is drawn")] = 0,
     beside: Annotated[
         int | None,
         typer.Option(

@@ -13,7 +13,7 @@ import typer
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, RefusedError, expected
 from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus
-from fairlead.operate.chain import Chain, ChainGoal, ChainRun, read_chain
+from fairlead.operate.chain import MOST_GOALS, Chain, ChainGoal, ChainRun, read_chain
 from fairlead.operate.client import RobotClient, load_meanwhile
 from fairlead.operate.connection import choose_file
 from fairlead.operate.goal_hearing import Progress
@@ -169,6 +169,9 @@ def _chain_of(
         chain = read_chain(Path(what))
         skills = [_from(Path(what).parent, goal.skill) for goal in chain.goals]
     else:
+        if len(then) >= MOST_GOALS:
+            most = f"at most {MOST_GOALS - 1} goals after the first"
+            raise ConfigError(expected("run: --then", most, len(then)))
         steps = [step.partition(":") for step in then]
         others = [
             first.model_copy(update={"name": f"{number}", "prompt": words.strip()})

@@ -46,6 +46,7 @@ from fairlead_tools.skills.install import (
     is_link_to,
     policy_problems,
     python_problems,
+    require_own_name,
 )
 from fairlead_tools.skills.skeleton import ARM_MODES, skill_skeleton
 
@@ -237,6 +238,7 @@ def new_command(
     if mode and mode not in ARM_MODES:
         raise ConfigError(expected("skill new: --mode", "a mode", repr(mode), ARM_MODES))
     files = skill_skeleton(name, load_robot(robot), mode)
+    require_own_name(name)
     folder = Path(name)
     if folder.exists():
         raise ConfigError(f"skill new: {folder} exists already; choose another name")

@@ -14,6 +14,7 @@ expert was asked, ``labels`` float32 ``[T, H, dim]``, its answer in each of thos
 from __future__ import annotations
 
 import json
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,10 +28,14 @@ import numpy.typing as npt
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
 from fairlead.skill.manifest import SkillManifest
+from fairlead_tools.learn.episode_arrays import PICTURE, TICKS, check_array, sizes_of
 
 FILE = "dataset.json"
 _ARRAYS = ("states", "rows", "acted")
-_PICTURE = "picture_"
+_UNREADABLE = (
+    OSError, EOFError, KeyError, TypeError, ValueError, RuntimeError, MemoryError, BadZipFile,
+    zlib.error,
+)  # fmt: skip
 NO_LABELS: npt.NDArray[np.float32] = np.zeros((0, 0, 0), np.float32)
 NO_GATE: npt.NDArray[np.bool_] = np.zeros(0, np.bool_)
 
@@ -53,7 +58,7 @@ class Told(msgspec.Struct, frozen=True):
     """One episode as `FILE` lists it; released: ticks whose row was, None without a gate."""
 
     seed: int
-    ticks: Annotated[int, msgspec.Meta(ge=0)]
+    ticks: Annotated[int, msgspec.Meta(ge=1)]
     succeeded: bool
     released: int | None = None
 
@@ -111,7 +116,7 @@ def begin(
 def add(folder: Path, header: Header, episode: Episode) -> Header:
     """Append one; what the folder holds is whole after each."""
     arrays = {name: getattr(episode, name) for name in _names(header)}
-    arrays |= {_PICTURE + name: frames for name, frames in episode.pictures.items()}
+    arrays |= {PICTURE + name: frames for name, frames in episode.pictures.items()}
     save = np.savez_compressed if episode.pictures else np.savez
     save(_path(folder, episode.seed), **arrays)
     released = int(episode.released.sum()) if header.deployed else None
@@ -135,59 +140,45 @@ def read_header(folder: Path) -> Header:
             f"dataset {folder}: no dataset: {path}: {error.strerror}; make one with: "
             "fairlead dataset record SKILL"
         ) from None
-    except msgspec.DecodeError as error:
+    except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
         raise ConfigError(f"dataset: {path}: {error}") from None
 
 
-def episodes(folder: Path) -> Iterator[Episode]:
+def episodes(folder: Path, skill: SkillManifest | None = None) -> Iterator[Episode]:
     """Every episode, in the order they were recorded.
+
+    Args:
+        skill: whose numbers they must be; None: all episodes have as many as the first.
 
     Raises:
         ConfigError: a file is missing, or not what `FILE` says.
     """
     header = read_header(folder)
-    names = [*_names(header), *(_PICTURE + name for name in header.pictures)]
+    names = [*_names(header), *(PICTURE + name for name in header.pictures)]
+    sizes = {} if skill is None else sizes_of(skill)
     for told in header.episodes:
         path = _path(folder, told.seed)
         try:
             with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 arrays = {name: file[name] for name in names}
-        except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
+        except _UNREADABLE as error:
             raise ConfigError(f"dataset: {path}: no episode: {error}") from None
-        lengths = [len(array) if array.ndim else None for array in arrays.values()]
-        if set(lengths) != {told.ticks}:
-            raise ConfigError(expected(f"dataset: {path}", f"{told.ticks} ticks", lengths))
-        _check_numbers(path, arrays, may_lack={"rows"} if header.deployed else set())
-        pictures = {name: arrays.pop(_PICTURE + name) for name in header.pictures}
+        sizes[TICKS] = told.ticks
+        for name, array in arrays.items():
+            may_lack = header.deployed and name == "rows"
+            check_array(f"dataset: {path}: {name}", name, array, sizes, may_lack)
+        pictures = {name: arrays.pop(PICTURE + name) for name in header.pictures}
         yield Episode(told.seed, told.succeeded, **arrays, pictures=pictures)
 
 
-def every_episode(folders: Sequence[Path]) -> list[Episode]:
+def every_episode(folders: Sequence[Path], skill: SkillManifest) -> list[Episode]:
     """Those of several datasets, to learn from; raises as `episodes`, and if there are none."""
-    found = [one for folder in folders for one in episodes(folder)]
+    found = [one for folder in folders for one in episodes(folder, skill)]
     if not found:
         where = ", ".join(map(str, folders))
         told = expected("train", f"episodes in {where}", "none; see: fairlead dataset show")
         raise ConfigError(told)
     return found
-
-
-def _check_numbers(path: Path, arrays: Mapping[str, npt.NDArray[Any]], may_lack: set[str]) -> None:
-    for name in _ARRAYS:
-        who, array = f"dataset: {path}: {name}", arrays[name]
-        if array.dtype.kind != "f" or array.ndim != 2:
-            got = f"{array.dtype} {list(array.shape)}"
-            raise ConfigError(expected(who, f"numbers [{len(array)}, N]", got))
-        if name in may_lack:
-            continue
-        for tick, number in np.argwhere(~np.isfinite(array)):
-            raise ConfigError(
-                expected(who, "finite numbers", f"{array[tick, number]} in tick {tick}")
-            )
-    width, got = arrays["rows"].shape[1], arrays["acted"].shape[1]
-    if got != width:
-        who = f"dataset: {path}: acted"
-        raise ConfigError(expected(who, f"as many numbers as rows, {width}", got))
 
 
 def same_kind(folders: Sequence[Path]) -> Header:

@@ -78,7 +78,7 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
     header = read_header(folder)
     _check(header, target, skill)
     parts: list[_Part] = []
-    for episode in episodes(folder):
+    for episode in episodes(folder, skill):
         if episode.succeeded or failed:
             before = sum(len(part.columns["index"]) for part in parts)
             columns = _columns(episode, len(parts), before, header.rate_hz)

@@ -13,9 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import yaml
 
 from fairlead.errors import ConfigError, expected
+from fairlead.keys import check_name
 from fairlead.skill.manifest import SkillManifest
 from fairlead_tools.learn.dataset import (
     episodes,
@@ -74,7 +76,7 @@ def train(
     require_skill(folders[0], expert)
     require_new(target)
     policy = make_policy(_without_memory(expert))
-    found = every_episode(folders)
+    found = every_episode(folders, expert)
     say(f"{len(found)} episodes; asking {expert.id} in each state and {recipe.beside} beside it")
     labels = label(policy, found, recipe.beside, recipe.seed)
     say(f"{len(labels.states)} labels; training {recipe.epochs} epochs")
@@ -90,7 +92,8 @@ def train(
 
 
 def require_new(target: Path) -> None:
-    """Raises `ConfigError` for a folder with a skill."""
+    """Raises `ConfigError` for a folder with a skill, and one whose name no skill can have."""
+    check_name("train: --out: the skill's id", target.name)
     if (target / "rskill.yaml").exists():
         raise ConfigError(expected("train: --out", "a folder without a skill", target))
 
@@ -159,8 +162,7 @@ def _network(
     outputs[:, np.tile(std == 0, horizon)] = 0.0
     seen = features(centre, spread)
     inputs = seen((labels.states - centre) / spread)
-    order = np.random.default_rng(recipe.seed).permutation(count)
-    apart, used = order[: count // HELD_OUT], order[count // HELD_OUT :]
+    apart, used = split(count, recipe.seed)
     net = fit(inputs[used], outputs[used], recipe.seed, recipe.widths, recipe.epochs)
     moving = np.tile(std > 0, horizon)
     error = float(((net.predict(inputs[apart]) - outputs[apart])[:, moving] ** 2).mean())
@@ -169,6 +171,18 @@ def _network(
         "action": block(action_names(expert), mean, std),
     }
     return onnx_bytes(seen, net, horizon, dim), statistics, error
+
+
+def split(count: int, seed: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Indices of so many labels: those that measure, and those that train.
+
+    Raises:
+        ConfigError: there are too few.
+    """
+    if count < HELD_OUT:
+        raise ConfigError(expected("train", f"{HELD_OUT} labels or more", count))
+    order = np.random.default_rng(seed).permutation(count)
+    return order[: count // HELD_OUT], order[count // HELD_OUT :]
 
 
 def block(names: Sequence[str], mean: Any, std: Any) -> dict[str, Any]:

@@ -20,11 +20,11 @@ from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_tools.learn.dataset import Header, every_episode, require_skill, same_kind
 from fairlead_tools.learn.sight import fit_pictures, forward, sight_onnx
 from fairlead_tools.learn.train import (
-    HELD_OUT,
     LEAST_STD,
     block,
     dataset_told,
     require_new,
+    split,
     write_skill,
 )
 
@@ -53,7 +53,7 @@ def train_sight(
     require_skill(folders[0], skill)
     name = _picture(header, skill)
     libraries = _libraries()
-    found = every_episode(folders)
+    found = every_episode(folders, skill)
     pictures = np.concatenate([one.pictures[name] for one in found])
     states = np.concatenate([one.states for one in found])
     labels = np.concatenate([one.labels for one in found]).astype(np.float64)
@@ -89,8 +89,7 @@ def _network(
     inputs = ((states - centre) / spread).astype(np.float32)
     outputs = ((labels - mean) / np.where(std > 0, std, 1.0)).reshape(count, -1)
     outputs = np.where(moving, outputs, 0.0).astype(np.float32)
-    order = np.random.default_rng(recipe.seed).permutation(count)
-    apart, used = order[: count // HELD_OUT], order[count // HELD_OUT :]
+    apart, used = split(count, recipe.seed)
     given = partial(as_declared, skill.images[name])
     weights = fit_pictures(
         pictures[used], given, inputs[used], outputs[used], recipe.seed, recipe.epochs, say

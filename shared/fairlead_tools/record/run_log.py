@@ -112,10 +112,13 @@ class Run:
     def released(self) -> Iterator[tuple[ActionChunk, range]]:
         """Each chunk, and the ticks of its rows that its first verdict released."""
         verdicts = self.first_verdicts()
+        judged: dict[tuple[str, int, int], ActionChunk] = {}
         for chunk in self.chunks:
-            _, verdict = verdicts.get((chunk.source, chunk.claim_id, chunk.seq), (0, None))
+            number = (chunk.source, chunk.claim_id, chunk.seq)
+            is_judged = judged.setdefault(number, chunk) == chunk  # else: forged
+            _, verdict = verdicts.get(number, (0, None))
             ticks = range(0)
-            if verdict is not None and verdict.released_first:
+            if verdict is not None and verdict.released_first and is_judged:
                 ticks = range(verdict.released_first, verdict.released_last + 1)
             yield chunk, ticks
 

@@ -56,6 +56,12 @@ def policy_problems(skill: SkillManifest, folder: Path) -> list[str]:
     return []
 
 
+def require_own_name(skill_id: str) -> None:
+    """Raises `ConfigError` for the name of a skill that ships: of two, that one is found."""
+    if (repo_root() / "rskills" / skill_id).exists():
+        raise ConfigError(f"skill {skill_id}: one of this name ships with fairlead; rename yours")
+
+
 def install_skill(
     folder: Path, force: bool = False, found: Sequence[str] = (), link: bool = False
 ) -> Path:
@@ -77,8 +83,7 @@ def install_skill(
     skill = read_skill(folder)
     if problems := install_problems(folder, skill, found):
         raise ConfigError(f"skill {skill.id} is not installed:\n  " + "\n  ".join(problems))
-    if (repo_root() / "rskills" / skill.id).exists():
-        raise ConfigError(f"skill {skill.id}: one of this name ships with fairlead; rename yours")
+    require_own_name(skill.id)
     target = user_skills_dir() / skill.id
     if link and not target.is_symlink() and target.resolve() == folder.resolve():
         raise ConfigError(f"skill {skill.id}: {target} is where it is installed; link another one")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from typing import Self
 
 from pydantic import Field, JsonValue
-from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
 from fairlead.errors import ConfigError, PolicyError, expected
@@ -27,7 +26,9 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     no_server,
     output_of,
     refused_key,
+    require_names,
     say,
+    server_failed,
     taken_server,
     warm_up_observation,
 )
@@ -153,8 +154,8 @@ class OpenpiPolicy:
         except PolicyError:
             self._close()
             raise
-        except (OSError, InvalidHandshake, ConnectionClosed) as error:
-            self._close()
+        except (OSError, WebSocketException, ValueError) as error:
+            self._close()  # a ValueError is of where a redirect leads
             if isinstance(error, ConnectionClosed) and error.rcvd and error.rcvd.code == _LATER:
                 raise taken_server(WHO, options, error.rcvd.reason) from None
             if isinstance(error, InvalidStatus) and error.response.status_code in _NO_ACCESS:
@@ -168,7 +169,7 @@ class OpenpiPolicy:
         except NO_MESSAGE:
             metadata = greeting
         if isinstance(metadata, str):  # as openpi says that something failed
-            raise PolicyError(f"{WHO}: {self._options.address} failed: {_error_line(metadata)}")
+            raise PolicyError(server_failed(WHO, self._options.address, metadata))
         if not isinstance(metadata, dict):
             got = f"{type(metadata).__name__} of {len(greeting)} bytes"
             what = f"openpi's metadata, a map, first from {self._options.address}"
@@ -217,11 +218,10 @@ class OpenpiPolicy:
         except (ConnectionClosed, OSError) as error:
             raise PolicyError(f"{WHO}: {address} closed the connection: {error}") from None
         if isinstance(reply, str):  # a traceback
-            say(WHO, f"{address} failed; it says:\n{reply}")
-            raised = _error_line(reply)
+            failed = server_failed(WHO, address, reply)
             names = [self._options.state_key, *self._skill.images, self._options.prompt_key]
-            hint = f"; it was sent {', '.join(names)}" if raised.startswith("KeyError") else ""
-            raise PolicyError(f"{WHO}: {address} failed: {raised}{hint}")
+            hint = f"; it was sent {', '.join(names)}" if "failed: KeyError" in failed else ""
+            raise PolicyError(f"{failed}{hint}")
         try:
             return decode(reply)
         except NO_MESSAGE as error:
@@ -238,13 +238,6 @@ class OpenpiPolicy:
         self._link = None
 
 
-def _error_line(traceback: str) -> str:
-    """What was raised; some libraries end a traceback with other lines."""
-    lines = traceback.strip().splitlines() or ["it does not say why"]
-    raised = [line for line in lines if re.match(r"[\w.]*(Error|Exception|Interrupt)\b", line)]
-    return (raised or lines)[-1]
-
-
 def check_openpi_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> OpenpiOptions:
     """The options of an openpi policy.
 
@@ -256,7 +249,5 @@ def check_openpi_options(skill: SkillManifest, options: Mapping[str, JsonValue])
         if image.deltas != NOW:
             what = f"images.{name}: deltas {list(NOW)}, as openpi takes one frame of each picture"
             raise ConfigError(expected(WHO, what, list(image.deltas)))
-    names = [checked.state_key, checked.prompt_key, *skill.images]
-    if len(set(names)) < len(names):
-        raise ConfigError(expected(WHO, "another name for state, prompt and each picture", names))
+    require_names(WHO, skill, checked.state_key, checked.prompt_key)
     return checked

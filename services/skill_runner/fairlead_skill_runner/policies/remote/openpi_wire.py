@@ -6,6 +6,8 @@ in C order, a numpy number ``{b"__npgeneric__": True, b"data": number, b"dtype":
 
 from __future__ import annotations
 
+from operator import index
+
 import msgspec
 import numpy as np
 
@@ -59,4 +61,4 @@ def _array(fields: dict[object, object]) -> np.ndarray[tuple[int, ...], np.dtype
         raise ValueError(str(error)) from None
     if dtype.kind not in _KINDS:
         raise ValueError(f"an array of {name}")
-    return np.frombuffer(data, dtype).reshape([int(size) for size in shape])
+    return np.frombuffer(data, dtype).reshape([index(size) for size in shape])

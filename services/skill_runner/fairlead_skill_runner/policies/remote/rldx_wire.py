@@ -10,6 +10,8 @@ Both are read. Pickled objects, which either could carry, are refused.
 from __future__ import annotations
 
 import io
+from operator import index
+from tokenize import TokenError
 from typing import Literal
 
 import msgspec
@@ -73,9 +75,9 @@ def _from_npy(data: object) -> object:
     if not isinstance(data, bytes):
         raise ValueError("an array without its bytes")
     try:
-        return np.load(io.BytesIO(data), allow_pickle=False)
-    except EOFError:
-        raise ValueError("an array without its bytes") from None
+        return np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
+    except TokenError as error:  # of a header that is no Python
+        raise ValueError(f"an array whose header is none: {error}") from None
 
 
 def _from_nd(fields: dict[object, object]) -> object:
@@ -87,7 +89,7 @@ def _from_nd(fields: dict[object, object]) -> object:
         raise ValueError(f"an array of {name}")
     values = np.frombuffer(data, dtype)
     if fields[b"nd"] is not True:
-        return values[0]
+        return values.reshape(())[()]
     if not isinstance(shape, list):
         raise ValueError("an array without its shape")
-    return values.reshape([int(size) for size in shape])
+    return values.reshape([index(size) for size in shape])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -83,6 +84,9 @@ NO_MESSAGE = (ValueError, TypeError, RecursionError, MemoryError)
 SIGN_OF_LIFE_S = 1.0
 """How long a server that was idle may take for a ping; after that it is taken for another one."""
 
+_LINE_MAX = 1000
+"""Characters of a server's error that a goal's result repeats."""
+
 Options = TypeVar("Options", bound=RemoteOptions)
 
 
@@ -104,6 +108,13 @@ def check_remote_options(
             )
         )
     return checked
+
+
+def require_names(who: str, skill: SkillManifest, state: str, prompt: str) -> None:
+    """Raises `ConfigError` unless state, prompt and pictures have a name each in a request."""
+    names = [state, prompt, *skill.images]
+    if len(set(names)) < len(names):
+        raise ConfigError(expected(who, "another name for state, prompt and each picture", names))
 
 
 def no_server(who: str, skill: SkillManifest, options: RemoteOptions, cause: object) -> PolicyError:
@@ -147,6 +158,19 @@ def refused_key(who: str, options: RemoteOptions, said: str) -> PolicyError:
     return PolicyError(f"{who}: {options.address} lets nobody in without a key: {said}; {way}")
 
 
+def server_failed(who: str, address: str, said: str) -> str:
+    """A server's error in one line; what else there is of it goes into the runner's log.
+
+    Some libraries end a traceback with other lines than what was raised.
+    """
+    lines = said.strip().splitlines() or ["it does not say why"]
+    raised = [line for line in lines if re.match(r"[\w.]*(Error|Exception|Interrupt)\b", line)]
+    line = (raised or lines)[-1]
+    if len(lines) > 1 or len(line) > _LINE_MAX:
+        say(who, f"{address} failed; it says:\n{said}")
+    return f"{who}: {address} failed: {line[:_LINE_MAX]}"
+
+
 def say(who: str, text: str) -> None:
     """A line in the runner's log."""
     print(f"{who}: {text}", file=sys.stderr, flush=True)
@@ -174,5 +198,7 @@ def output_of(who: str, outputs: Mapping[Any, object], name: str) -> object:
         PolicyError: naming those there are.
     """
     if name not in outputs:
-        raise PolicyError(expected(who, f"an output {name}", "none of that name", outputs))
+        raise PolicyError(
+            expected(who, f"an output {name}", "none of that name", map(str, outputs))
+        )
     return outputs[name]

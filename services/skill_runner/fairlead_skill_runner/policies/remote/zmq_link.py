@@ -22,9 +22,11 @@ from fairlead_skill_runner.policies.remote.served_policy import (
     busy_server,
     no_server,
     refused_key,
+    server_failed,
 )
 
 WHO = "rldx policy"
+_MESSAGE_MAX_BYTES = 64 * 2**20
 _UNKNOWN, _NO_ACCESS = "Unknown endpoint", "Unauthorized"
 """How the servers begin to say that they have no such endpoint, or want another key."""
 
@@ -34,7 +36,7 @@ class ServerError(PolicyError):
 
     def __init__(self, options: RemoteOptions, said: str) -> None:
         refused = refused_key(WHO, options, said) if said.startswith(_NO_ACCESS) else None
-        super().__init__(str(refused or f"{WHO}: {options.address} failed: {said}"))
+        super().__init__(str(refused or server_failed(WHO, options.address, said)))
         self.said = said
 
 
@@ -78,7 +80,12 @@ class ZmqLink:
         self._socket = zmq.Context.instance().socket(zmq.REQ)
         self._monitor = self._socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         self._socket.setsockopt(zmq.LINGER, 0)
-        self._socket.connect(self._options.address)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, _MESSAGE_MAX_BYTES)  # a larger one ends the link
+        try:
+            self._socket.connect(self._options.address)
+        except zmq.ZMQError as error:
+            self.close()
+            raise no_server(WHO, self._skill, self._options, error) from None
         try:
             self.call({"endpoint": "ping"}, self._options.connect_timeout_s)
         except TimeoutError as error:
@@ -121,15 +128,19 @@ class ZmqLink:
         signed = request if self._key is None else {**request, "api_token": self._key}
         self._socket.send(encode(signed, self.arrays))
         if not self._socket.poll(int(timeout_s * 1000)):
+            lost = self._is_lost()
             self.close()
-            raise TimeoutError(f"no answer within {timeout_s:g} s")
+            raise TimeoutError(
+                f"no answer within {timeout_s:g} s" + ("; the link was lost meanwhile" * lost)
+            )
         try:
-            reply = decode(self._socket.recv())
+            (said,) = self._socket.recv_multipart()  # of several parts it is none
+            reply = decode(said)
         except NO_MESSAGE as error:
             self.close()
             address = self._options.address
             raise PolicyError(f"{WHO}: {address} answered no message: {error}") from None
-        if self._monitor is not None and self._monitor.poll(0):
+        if self._is_lost():
             self.close()  # ZeroMQ dials anew silently: this may be another server's answer
             raise PolicyError(f"{WHO}: {self._options.address}: the link was lost meanwhile")
         if isinstance(reply, dict) and "error" in reply:
@@ -138,6 +149,10 @@ class ZmqLink:
                 self.close()
             raise failed
         return reply
+
+    def _is_lost(self) -> bool:
+        """Whether the link was, since the socket was opened."""
+        return self._monitor is not None and bool(self._monitor.poll(0))
 
     def close(self) -> None:
         """Leave; `dial` begins anew."""
