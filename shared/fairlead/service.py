@@ -16,10 +16,11 @@ from typing import Any, TypeVar
 
 from fairlead.deploy.access_warnings import warn_daily
 from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.hosts import anothers_ports
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.deploy.service_manager import Pulse, say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
-from fairlead.errors import FairleadError, each_error
+from fairlead.errors import ConfigError, FairleadError, each_error
 from fairlead.log_stamp import stamped
 from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.on_loop import QueryTasks
@@ -89,12 +90,22 @@ def run_service(who: str, body: Body) -> int:
         ignore_further_signals()
 
 
+def _check_dialled(deployment: Deployment, service: str) -> None:
+    """Make sure that this service proves its name to no other user's process."""
+    if deployment.router is not None or deployment.open_access:
+        return
+    dialled = deployment.parties.before(service)
+    for text in anothers_ports({one: deployment.services[one].listen for one in dialled}).values():
+        raise ConfigError(text)
+
+
 async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
     signals = StopSignals(who)
     bus: ZenohBus | None = None
     try:
         deployment = load_deployment(arguments.deployment)
         endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
+        _check_dialled(deployment, arguments.service)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
         bus = await open_with_logging(endpoints, log)
         pulse = Pulse()

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import ipaddress
+import logging
 import re
 from collections.abc import Collection, Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from fairlead.deploy.process_table import is_anothers
 from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import expected
 
 ROUTER = "router"
 """The router's name beside the services, in logs and in lists of processes."""
 
+_LOG = logging.getLogger("access")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_\-]*")
 _ADDRESS = re.compile(r"[A-Za-z0-9][A-Za-z0-9.:\-]*")
 
@@ -119,3 +122,29 @@ def _is_everywhere(address: str) -> bool:
         return ipaddress.ip_address(address).is_unspecified
     except ValueError:  # a name
         return False
+
+
+def anothers_ports(listens: Mapping[str, str]) -> dict[str, str]:
+    """Of services by endpoint, those in whose place another user of this machine listens.
+
+    What proves a name to Zenoh does not say to whom: whoever listens there can pass it on to a
+    service that runs, and gets a link in the name of who dialled.
+
+    Returns:
+        what to say of each, by its name.
+    """
+    ports = {name: int(listen.rpartition(":")[2]) for name, listen in listens.items()}
+    return {
+        name: f"{name}: another user listens on its port {port} and could act in the name of "
+        f"whoever connects there; end that process, or give {name} another port"
+        for name, port in ports.items()
+        if is_anothers(port)
+    }
+
+
+def without_anothers(listens: Mapping[str, str]) -> list[str]:
+    """Endpoints without those of `anothers_ports`, which are logged."""
+    found = anothers_ports(listens)
+    for text in found.values():
+        _LOG.warning("not connected: %s", text)
+    return [listen for name, listen in listens.items() if name not in found]

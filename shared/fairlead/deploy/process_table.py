@@ -75,12 +75,18 @@ def group_members(group: int) -> list[int]:
 
 def is_listening(port: int) -> bool:
     """Whether any process on this host listens on a TCP port."""
-    return bool(_listening_inodes(port))
+    return bool(_listeners(port))
+
+
+def is_anothers(port: int) -> bool:
+    """Whether only other users' processes listen on a TCP port of this host; root is trusted."""
+    users = {user for user, _ in _listeners(port)}
+    return bool(users) and not users & {0, os.geteuid()}
 
 
 def listener_of(port: int) -> int | None:
     """Who listens on a TCP port; None if nobody does or the owner is another user."""
-    wanted = {f"socket:[{inode}]" for inode in _listening_inodes(port)}
+    wanted = {f"socket:[{inode}]" for _, inode in _listeners(port)}
     if not wanted:
         return None
     for entry in Path("/proc").iterdir():
@@ -89,8 +95,9 @@ def listener_of(port: int) -> int | None:
     return None
 
 
-def _listening_inodes(port: int) -> set[str]:
-    inodes = set()
+def _listeners(port: int) -> set[tuple[int, str]]:
+    """User and inode of each socket that listens on a port."""
+    found = set()
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         try:
             rows = Path(table).read_text(encoding="ascii").splitlines()[1:]
@@ -99,8 +106,8 @@ def _listening_inodes(port: int) -> set[str]:
         for row in rows:
             fields = row.split()
             if fields[3] == _LISTEN and int(fields[1].rsplit(":", 1)[1], 16) == port:
-                inodes.add(fields[9])
-    return inodes
+                found.add((int(fields[7]), fields[9]))
+    return found
 
 
 def _open_files(process: Path) -> set[str]:
