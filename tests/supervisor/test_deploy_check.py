@@ -172,6 +172,38 @@ def test_several_files_find_robots_that_cannot_share_their_router(
     assert [f"{name}, host gpu: " in done.stdout for name in ("left", robot)] == [True] * 2
 
 
+WRONG: dict[str, tuple[tuple[str, ...], Any, str]] = {
+    "a HAL's option": (("hal", "options", "camers"), [], "camers: unknown key"),
+    "a runner's option": (("runner", "options", "skils"), [], "skils: unknown key"),
+    "an assembler's option": (("state_assembler", "options"), {"age": 1}, "age: unknown key"),
+    "a camera that no skill's picture fits": (
+        ("runner", "options", "skills"), ["pi05-robocasa365-human300-nf4"],
+        "needs camera 'robot0_agentview_left' (valid: none); options.cameras of hal",
+    ),
+    "every address": (("hal", "listen"), "tcp/0.0.0.0:7599", "of this machine alone, such as"),
+    "another machine": (("hal", "listen"), "tcp/10.9.9.9:7599", "of this machine alone, such as"),
+    "no address": (("hal", "listen"), "tcp/nosuch.invalid:7599", "of this machine alone, such as"),
+}  # fmt: skip
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("what", WRONG)
+def test_on_one_host_what_a_service_would_refuse_is_said_before_it_starts(
+    what: str, tmp_path: Path
+) -> None:
+    (service, *inner, last), value, said = WRONG[what]
+    spec = yaml.safe_load((repo_root() / "compose/panda_mobile_sim.yaml").read_text("utf-8"))
+    place = spec["services"][service]
+    for one in inner:
+        place = place[one]
+    place[last] = value
+    file = tmp_path / "wrong.yaml"
+    file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+    done = fairlead_here("deploy", "check", str(file), state=tmp_path)
+    assert said in done.stdout + done.stderr
+    assert "wrong.yaml" in done.stdout + done.stderr or "camera" in what
+
+
 @pytest.mark.processes
 def test_a_host_that_cannot_be_asked_is_a_problem_with_what_to_do_by_hand(tmp_path: Path) -> None:
     file = tmp_path / "two.yaml"

@@ -110,12 +110,12 @@ class Deployment(BaseModel):
 
     def _host_problems(self) -> list[str]:
         if not self.hosts and self.router is None:
-            return service_problems(self.services, ())
+            return service_problems(self.services, (), not self.open_access)
         if not self.hosts or self.router is None:
             missing = "hosts" if not self.hosts else "router"
             return [f"{missing}: missing; hosts and router go together"]
         problems = host_problems(self.hosts, self.router, not self.open_access)
-        problems += service_problems(self.services, self.hosts)
+        problems += service_problems(self.services, self.hosts, not self.open_access)
         names = {self._place(name): common_name(self.keys, name) for _, name in self.certified}
         return problems + long_names(names, COMMON_NAME_MAX)
 

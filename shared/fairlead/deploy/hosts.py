@@ -59,8 +59,14 @@ def host_problems(hosts: dict[str, str], router: RouterSpec, certified: bool) ->
     return problems
 
 
-def service_problems(services: Mapping[str, ServiceSpec], hosts: Collection[str]) -> list[str]:
-    """What does not fit in where services are: on one of the hosts, or, without any, listening."""
+def service_problems(
+    services: Mapping[str, ServiceSpec], hosts: Collection[str], closed: bool
+) -> list[str]:
+    """What does not fit in where services are: on one of the hosts, or, without any, listening.
+
+    Args:
+        closed: passwords alone prove names where there are no hosts, and nothing is encrypted.
+    """
     problems = []
     for name, spec in services.items():
         if hosts and spec.host not in hosts:
@@ -72,6 +78,11 @@ def service_problems(services: Mapping[str, ServiceSpec], hosts: Collection[str]
             )
         if not hosts and not spec.listen:
             problems.append(f"services.{name}.listen: missing (or give hosts and a router)")
+        if not hosts and spec.listen and closed and not _is_loopback(spec.listen):
+            problems.append(
+                f"services.{name}.listen: expected an address of this machine alone, such as "
+                f"tcp/127.0.0.1:7501, got {spec.listen}: between hosts, give hosts and a router"
+            )
         if not hosts and spec.host:
             problems.append(f"services.{name}.host: {spec.host!r}, but there are no hosts")
     return problems
@@ -148,3 +159,11 @@ def without_anothers(listens: Mapping[str, str]) -> list[str]:
     for text in found.values():
         _LOG.warning("not connected: %s", text)
     return [listen for name, listen in listens.items() if name not in found]
+
+
+def _is_loopback(endpoint: str) -> bool:
+    address = endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+    try:
+        return ipaddress.ip_address(address).is_loopback
+    except ValueError:  # a name
+        return address == "localhost"
