@@ -156,6 +156,34 @@ def test_a_robot_and_a_skill_that_one_of_two_hosts_has_otherwise_are_named(
         assert any(one.startswith("skill go-to is ") for one in problems), problems
 
 
+@pytest.mark.processes
+def test_another_version_on_a_host_is_named_also_where_its_answer_has_other_fields(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "two.yaml"
+    file.write_text(yaml.safe_dump(content(access="open")), encoding="utf-8")
+    other = tmp_path / "fairlead-0.2.0.dist-info"
+    other.mkdir()
+    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: fairlead\nVersion: 0.2.0\n")
+
+    def asked(*words: str) -> str:
+        reach = ["--reach", shlex.join([*words, "ASKED_AT={address}"])]
+        program = ["--program", shlex.join(fairlead_command())]
+        done = fairlead("deploy", "check", str(file), *reach, *program, state=tmp_path)
+        assert done.returncode == 1
+        return done.stdout
+
+    said = asked("env", f"PYTHONPATH={tmp_path}")
+    assert "PROBLEM hosts gpu and robot have fairlead 0.2.0 and 0.1.0: install the same on" in said
+    answer = tmp_path / "answer.json"
+    answer.write_text('{"hosts": [{"versions": {"fairlead": "0.2.0"}, "later": 1}]}')
+    said = asked("sh", "-c", f"cat {answer}")
+    assert (
+        "PROBLEM host gpu: answers as another version does: it has fairlead 0.2.0, this machine "
+        "0.1.0: install the same on both" in said
+    )
+
+
 @pytest.mark.parametrize(
     ("robot", "port", "wrong"), [("left", 7448, "id"), ("right", 7447, "router.port"), ("r", 1, "")]
 )

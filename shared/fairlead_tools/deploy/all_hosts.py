@@ -6,6 +6,7 @@ import json
 import shlex
 import subprocess
 from collections.abc import Iterator, Sequence
+from importlib.metadata import version
 from itertools import combinations, product
 from pathlib import Path
 
@@ -56,7 +57,16 @@ def ask_host(file: Path, deployment: Deployment, host: str, reach: str, program:
             stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=ANSWER_S, check=False,
         )  # fmt: skip
         [answer] = json.loads(done.stdout)["hosts"]
-        return HostReport.model_validate(answer)
+        its, mine = answer["versions"]["fairlead"], version("fairlead")
+        try:
+            return HostReport.model_validate(answer)
+        except ValidationError:
+            if its == mine:
+                raise
+        raise ServiceError(
+            f"host {host}: answers as another version does: it has fairlead {its}, this machine "
+            f"{mine}: install the same on both"
+        )
     except subprocess.TimeoutExpired:
         raise ServiceError(f"host {host}: no answer within {ANSWER_S:g} s{by_hand}") from None
     except OSError as error:
