@@ -157,6 +157,31 @@ def test_a_robot_and_a_skill_that_one_of_two_hosts_has_otherwise_are_named(
 
 
 @pytest.mark.processes
+@pytest.mark.parametrize(
+    ("robot", "port", "wrong"),
+    [
+        ("left", 7502, "left and left have the same id; each robot needs its own"),
+        ("right", 7501, "left and right both listen on port 7501 (hal, hal); give one another"),
+        ("r", 7502, ""),
+    ],
+)
+def test_several_files_of_one_machine_find_what_two_robots_cannot_share(
+    robot: str, port: int, wrong: str, tmp_path: Path
+) -> None:
+    files = [tmp_path / "one.yaml", tmp_path / "other.yaml"]
+    for file, (name, number) in zip(files, (("left", 7501), (robot, port)), strict=True):
+        listen = {"hal": number, "safety": number + 10}
+        services = {
+            one: {"run": run, "listen": f"tcp/127.0.0.1:{listen[one]}"}
+            for one, run in (("hal", "hal_mujoco"), ("safety", "safety"))
+        }
+        spec = {"robot": "panda", "id": name, "services": services}
+        file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+    done = fairlead_here("deploy", "check", *map(str, files), state=tmp_path)
+    assert (f"PROBLEM {wrong}" in done.stdout) == bool(wrong), done.stdout + done.stderr
+
+
+@pytest.mark.processes
 def test_another_version_on_a_host_is_named_also_where_its_answer_has_other_fields(
     tmp_path: Path,
 ) -> None:

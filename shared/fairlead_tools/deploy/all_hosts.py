@@ -16,7 +16,7 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.shared_router import check_shared
 from fairlead.errors import ConfigError, ServiceError
 from fairlead_tools.deploy.host_report import HostReport, report_this
-from fairlead_tools.supervisor.this_host import is_own_address
+from fairlead_tools.supervisor.this_host import is_own_address, port_of
 
 ANSWER_S = 60.0
 CLOCK_S = 3600.0
@@ -111,6 +111,19 @@ def router_problems(deployments: Sequence[Deployment]) -> Iterator[str]:
                 check_shared([one, other])
             except ConfigError as error:
                 yield str(error)
+
+
+def peer_problems(deployments: Sequence[Deployment]) -> Iterator[str]:
+    """Why robots without a router could not all run on this machine."""
+    for one, other in combinations([each for each in deployments if each.router is None], 2):
+        if one.keys == other.keys:
+            yield f"{one.id} and {other.id} have the same id; each robot needs its own"
+        for (name, mine), (theirs, its) in product(one.services.items(), other.services.items()):
+            if port_of(mine.listen) == port_of(its.listen):
+                yield (
+                    f"{one.id} and {other.id} both listen on port {port_of(mine.listen)} "
+                    f"({name}, {theirs}); give one another port"
+                )
 
 
 def _different_skills(deployment: Deployment, reports: dict[str, HostReport]) -> Iterator[str]:
