@@ -8,8 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from fairlead.paths import repo_root
-from tests.cli.command import fairlead_command
+from fairlead.deploy.credentials import find_secrets
+from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
+from fairlead.paths import ACCESS_VARIABLE, repo_root
+from tests.cli.command import fairlead_command, fairlead_here
 
 ONE_HOST, TWO_HOSTS = "panda_mobile_sim.yaml", "panda_mobile_two_hosts.yaml"
 
@@ -29,3 +33,19 @@ def test_nobody_else_may_write_beside_them(
     made = [path for path in tmp_path.rglob("*") if path.is_dir()]
     assert tmp_path / ".local/state/fairlead/access" in made
     assert {path: oct(path.stat().st_mode & 0o777) for path in made} == dict.fromkeys(made, "0o700")
+
+
+def test_a_stop_that_they_keep_from_being_sent_says_what_ends_its_services(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(ACCESS_VARIABLE, str(tmp_path / "access"))
+    file = repo_root() / "compose" / ONE_HOST
+    own = ServiceEntry(process_id(os.getpid()), ready=True, restarts=0)
+    registry = Registry(tmp_path)
+    registry.write(Running("panda_mobile", str(file), "/state", None, {"safety": own}))
+    passwords = find_secrets(load_deployment(file).keys, ["operator"]).file
+    passwords.chmod(0o644)
+    done = fairlead_here("stop", state=tmp_path)
+    assert done.returncode == 1
+    assert f"NOT STOPPED: access: {passwords}: expected mode 600 of this user" in done.stderr
+    assert done.stderr.endswith("; without a stop: fairlead down panda_mobile ends its services\n")
