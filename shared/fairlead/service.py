@@ -22,6 +22,7 @@ from fairlead.deploy.service_manager import Pulse, say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import ConfigError, FairleadError, each_error
 from fairlead.log_stamp import stamped
+from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.on_loop import QueryTasks
 from fairlead.wire.printable import LineFormatter
@@ -90,13 +91,15 @@ def run_service(who: str, body: Body) -> int:
         ignore_further_signals()
 
 
-def _check_dialled(deployment: Deployment, service: str) -> None:
-    """Make sure that this service proves its name to no other user's process."""
-    if deployment.router is not None or deployment.open_access:
-        return
-    dialled = deployment.parties.before(service)
-    for text in anothers_ports({one: deployment.services[one].listen for one in dialled}).values():
-        raise ConfigError(text)
+def _endpoints(deployment: Deployment, service: str) -> Endpoints:
+    """A service's; raises `ConfigError` where it would prove its name to another user's process."""
+    if deployment.router is None and not deployment.open_access:
+        dialled = {
+            one: deployment.services[one].listen for one in deployment.parties.before(service)
+        }
+        for text in anothers_ports(dialled).values():
+            raise ConfigError(text)
+    return deployment.endpoints(service)
 
 
 async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
@@ -104,8 +107,7 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
     bus: ZenohBus | None = None
     try:
         deployment = load_deployment(arguments.deployment)
-        endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
-        _check_dialled(deployment, arguments.service)
+        endpoints, log = _endpoints(deployment, arguments.service), logging.getLogger(who)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
         bus = await open_with_logging(endpoints, log)
         pulse = Pulse()
