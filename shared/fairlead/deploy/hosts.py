@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from fairlead.deploy.process_table import is_anothers
+from fairlead.deploy.process_table import anothers_of
 from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import expected
 
@@ -145,11 +145,12 @@ def anothers_ports(listens: Mapping[str, str]) -> dict[str, str]:
         what to say of each, by its name.
     """
     ports = {name: int(listen.rpartition(":")[2]) for name, listen in listens.items()}
+    taken = anothers_of(ports.values())
     return {
         name: f"{name}: another user listens on its port {port} and could act in the name of "
         f"whoever connects there; end that process, or give {name} another port"
         for name, port in ports.items()
-        if is_anothers(port)
+        if port in taken
     }
 
 
