@@ -112,11 +112,18 @@ _MADE_ANEW = "correct it, or delete it: it is made anew when the deployment is s
 
 
 def check_private(path: Path, remedy: str) -> None:
-    """Make sure that nobody else could have read or written a file or folder.
+    """Make sure that nobody else could have read, written or replaced a file or folder.
 
     Raises:
         ConfigError: somebody could; ``remedy`` says what to do.
     """
+    root = user_access_dir()
+    status = root.stat()
+    if status.st_uid not in (0, os.geteuid()) or status.st_mode & 0o002:
+        raise ConfigError(
+            f"access: {root}: others can write there; make it uid {os.geteuid()}'s own (chmod o-w, "
+            f"chown), or {access_variable()} names another folder"
+        )
     status = path.stat()
     if status.st_uid != os.geteuid() or status.st_mode & 0o077:
         mode = 0o700 if path.is_dir() else 0o600
