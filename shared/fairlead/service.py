@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 from fairlead.deploy.access_warnings import warn_daily
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import anothers_ports
+from fairlead.deploy.peer_watch import watch_peers
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.deploy.service_manager import Pulse, say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
@@ -119,6 +120,8 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
                 await refuse_duplicate_service(arguments.service, bus, token)
                 tasks.create_task(watch_router(bus, deployment.router_endpoint, log))
                 tasks.create_task(forbid_lingering(deployment.router.port))
+            elif not deployment.open_access:
+                tasks.create_task(watch_peers(bus, deployment, arguments.service, log))
             context = ServiceContext(
                 name=arguments.service,
                 deployment=deployment,
