@@ -92,6 +92,21 @@ def run_service(who: str, body: Body) -> int:
         ignore_further_signals()
 
 
+async def _watch_links(
+    tasks: asyncio.TaskGroup,
+    bus: ZenohBus,
+    deployment: Deployment,
+    service: str,
+    log: logging.Logger,
+) -> None:
+    if deployment.router is not None:
+        await refuse_duplicate_service(service, bus, deployment.keys.alive(service))
+        tasks.create_task(watch_router(bus, deployment.router_endpoint, log))
+        tasks.create_task(forbid_lingering(deployment.router.port))
+    elif not deployment.open_access:
+        tasks.create_task(watch_peers(bus, deployment, service, log))
+
+
 def _endpoints(deployment: Deployment, service: str) -> Endpoints:
     """A service's; raises `ConfigError` where it would prove its name to another user's process."""
     if deployment.router is None and not deployment.open_access:
@@ -115,13 +130,7 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
         async with asyncio.TaskGroup() as tasks:
             tasks.create_task(say_alive(pulse))
             tasks.create_task(warn_daily([deployment], log))
-            if deployment.router is not None:
-                token = deployment.keys.alive(arguments.service)
-                await refuse_duplicate_service(arguments.service, bus, token)
-                tasks.create_task(watch_router(bus, deployment.router_endpoint, log))
-                tasks.create_task(forbid_lingering(deployment.router.port))
-            elif not deployment.open_access:
-                tasks.create_task(watch_peers(bus, deployment, arguments.service, log))
+            await _watch_links(tasks, bus, deployment, arguments.service, log)
             context = ServiceContext(
                 name=arguments.service,
                 deployment=deployment,

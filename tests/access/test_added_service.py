@@ -9,7 +9,7 @@ import yaml
 
 from bench.faults.live_stage import live_stage
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.access.test_expiry import assert_says, running
+from tests.access.spoken import assert_says, running
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(240)]
 

@@ -279,7 +279,7 @@ class ZenohBus:
         return declared
 
     def close(self) -> None:
-        """End the session and all it declared; Zenoh waits 10 s for a paused peer, this does not."""
+        """End the session and what it declared; Zenoh would wait 10 s for a paused peer."""
         for frames in self._frames:
             frames.close()
         closing = threading.Thread(target=self._session.close, name="close", daemon=True)
