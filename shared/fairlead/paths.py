@@ -200,6 +200,13 @@ def runtime_lock() -> Path:
     return repo_root() / "requirements-run.lock"
 
 
+def make_private(folder: Path) -> None:
+    """Make a folder, and those above it that there are not yet, for this user alone."""
+    if not folder.is_dir():
+        make_private(folder.parent)
+        folder.mkdir(mode=0o700, exist_ok=True)
+
+
 @contextmanager
 def written(file: Path, draft: Path) -> Iterator[None]:
     """Have what keeps a file from being written name it, as no full disk does; no half is left.

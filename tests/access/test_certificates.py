@@ -138,7 +138,26 @@ MISTAKES: dict[str, tuple[Callable[[Authority, Path], Any], str]] = {
         "is that of fl/certified/safety, not of fl/certified/hal; copy",
     ),
     "no PEM": (lambda a, hal: hal.write_text("hal"), "cannot be read: .*copy the folder again"),
+    "nobody to trust": (
+        lambda a, hal: hal.with_name("router.ca").unlink(),
+        "router.ca: cannot be read: .*copy the folder again",
+    ),
+    "half a list": (
+        lambda a, hal: hal.with_name("router.ca").write_text("half"),
+        "router.ca: cannot be read: .*copy the folder again",
+    ),
+    "a revoked one": (
+        lambda a, hal: kept_though_revoked(a, hal),
+        "signed by nobody whom the router lets in; copy the folder .* certs new",
+    ),
 }
+
+
+def kept_though_revoked(authority: Authority, hal: Path) -> None:
+    kept = hal.read_text()
+    authority.revoke([("robot", "hal")])
+    authority.new(NOW, DAYS)  # by a signer of the same name
+    hal.write_text(kept)
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
@@ -161,6 +180,14 @@ def test_a_router_whose_address_has_changed_does_not_start(
     Authority(moved).renew([("robot", "router")], NOW, DAYS)
     [listen] = router_endpoints([moved]).listen
     assert listen.partition("#")[0] == moved.router_endpoint
+
+
+def test_a_router_that_would_let_nobody_in_does_not_start(
+    authority: Authority, deployment: Deployment
+) -> None:
+    authority.revoke([place for place in deployment.certified if place[1] != "router"])
+    with pytest.raises(ConfigError, match=r"clients\.ca: cannot be read: .*copy the folder again"):
+        _ = router_endpoints([deployment])
 
 
 def test_what_ends_soon_is_warned_of(authority: Authority, deployment: Deployment) -> None:

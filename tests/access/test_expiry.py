@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import subprocess
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 
@@ -16,7 +13,8 @@ from fairlead.deploy.access_warnings import warn_daily
 from fairlead.deploy.deployment import Deployment
 from fairlead_tools.certificates.authority import Authority
 from tests.access.certified import DAYS, NOW
-from tests.cli.command import fairlead_command, fairlead_environment, fairlead_here
+from tests.access.spoken import assert_says, running
+from tests.cli.command import fairlead_here
 
 GATES = ("robot", "safety")
 """Of the gate, which is no Python: others say it for it."""
@@ -33,25 +31,6 @@ def test_certs_new_names_what_it_does_not_renew(
     assert made == "made nothing: there is one for every name"
     assert warned.startswith("WARNING certificate of robot/safety ended ")
     assert warned.endswith("; where it was made: fairlead certs renew")
-
-
-@contextmanager
-def running(tmp_path: Path, *words: str) -> Iterator[subprocess.Popen[str]]:
-    """A command, asked to end at the end."""
-    with subprocess.Popen(
-        fairlead_command(*words), env=fairlead_environment(tmp_path), text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-    ) as process:  # fmt: skip
-        try:
-            yield process
-        finally:
-            process.terminate()
-
-
-def assert_says(process: subprocess.Popen[str], end: str) -> None:
-    """Wait for a line with this end; the test's time ends if it never comes."""
-    assert process.stdout is not None
-    assert any(line.endswith(f"{end}\n") for line in process.stdout), f"ended without: {end}"
 
 
 @pytest.mark.processes

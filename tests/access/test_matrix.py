@@ -39,10 +39,9 @@ def walker_of(folder: Path, access: Access, nth: int = 1) -> Iterator[Walker]:
     forget_secrets(scratch.deployment.keys)
 
 
-def proof_of(access: Mapping[str, Any]) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
-    """What of a party's access proves its name: to those it dials, to those that dial it."""
-    dials = {name: part for name, part in access.items() if name == "transport"}
-    return dials, {name: part for name, part in access.items() if name != "access_control"}
+def proof_of(access: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What of a party's access proves its name."""
+    return {name: part for name, part in access.items() if name != "access_control"}
 
 
 def whole_walk(folder: Path, access: Access, nth: int = 1) -> Walk:
@@ -53,11 +52,11 @@ def whole_walk(folder: Path, access: Access, nth: int = 1) -> Walk:
         for name in names:
             walker.honest(name)
         for name in names:
-            walker.dialler(name, proofs[name][0])
+            walker.dialler(name, proofs[name])
         for stranger, proof in STRANGERS.items():  # where nobody asks for a proof, one is no use
             walker.stranger(stranger, proof if access == "closed" else {})
         for name in services:
-            walker.listener(name, proofs[name][1])
+            walker.listener(name, proofs[name])
     print(walker.walk)
     return walker.walk
 
@@ -81,7 +80,7 @@ def test_of_an_admin_space_that_is_on_the_probe_sees_what_access_lets_through(
     scratch = make_scratch(SOURCE, tmp_path / "state", ScratchOptions(access=access))
     deployment, found = scratch.deployment, Found()
     hal = endpoints_of(deployment, "hal").config() | {"adminspace": {"enabled": True}}
-    proof, _ = proof_of(endpoints_of(deployment, "operator").access)
+    proof = proof_of(endpoints_of(deployment, "operator").access)
     dials = Endpoints(connect=[deployment.services["hal"].listen], mode="client", access=proof)
     status = deployment.parties.keys.hal_status
     asked = [*wildcards(deployment.parties), status]  # the last has its answer after all others

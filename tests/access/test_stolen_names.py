@@ -18,7 +18,7 @@ from bench.faults.forger_faults import (
     forged_lease,
     forged_rows,
 )
-from bench.faults.live_stage import LiveStage, live_stage
+from bench.faults.live_stage import Changes, LiveStage, live_stage
 from bench.faults.routed_stage import certified_stage
 from fairlead.errors import NoAnswerError, RefusedError
 from fairlead.messages import NO_HASH, Claim, Release
@@ -39,7 +39,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveStage]:
 
 @pytest.fixture(scope="module")
 def peers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[LiveStage]:
-    with live_stage(tmp_path_factory.mktemp("peers")) as stage:
+    with live_stage(tmp_path_factory.mktemp("peers"), Changes(access="open")) as stage:
         yield stage
 
 
@@ -48,12 +48,11 @@ def session_of(robot: LiveStage, name: str) -> ZenohBus:
     return ZenohBus(robot.client.deployment.tool_endpoints(name))
 
 
-def link_to_hal(robot: LiveStage, name: str) -> ZenohBus:
-    """On one host, with the password of a service: nobody but the HAL hears it."""
+def link_to_hal(robot: LiveStage) -> ZenohBus:
+    """On one host nobody but the HAL hears it."""
     deployment = robot.client.deployment
-    proof = deployment.tool_endpoints(name).access["transport"]
     hal = deployment.services[deployment.hal].listen
-    return ZenohBus(Endpoints(connect=[hal], mode="client", access={"transport": proof}))
+    return ZenohBus(Endpoints(connect=[hal]))  # a client is passed on to others
 
 
 def test_without_a_forger_the_robot_goes_on(robot: LiveStage) -> None:
@@ -76,7 +75,7 @@ def test_without_a_forger_the_robot_goes_on(robot: LiveStage) -> None:
 def test_what_only_the_hal_hears_of_a_forger_holds_the_robot_and_is_named(
     peers: LiveStage, forgery: Forgery
 ) -> None:
-    with closing(link_to_hal(peers, forgery.owner)) as bus:
+    with closing(link_to_hal(peers)) as bus:
         shot = forge(peers, bus, forgery)
     print(shot)
     begins_ms = (LEAD_TICKS + 1) * TICK_MS if forgery.make is forged_rows else 0.0

@@ -127,13 +127,23 @@ class Walker:
     @contextmanager
     def running(self) -> Iterator[None]:
         """Every party as a process."""
-        with ExitStack() as stack:
+        try:
             for name in self.parties.names:
-                live = LiveParty([str(self._file), name, str(self._nth)], self._found)
-                self._live[name] = stack.enter_context(closing(live))
+                self._live[name] = LiveParty([str(self._file), name, str(self._nth)], self._found)
             for one in self._live.values():
                 one.wait_ready()
             yield
+        finally:
+            for one in self._live.values():
+                one.close()
+
+    @contextmanager
+    def _away(self, name: str) -> Iterator[None]:
+        """A service's process ends, and begins anew: no second link has its id."""
+        self._live.pop(name).close()
+        yield
+        self._live[name] = LiveParty([str(self._file), name, str(self._nth)], self._found)
+        self._live[name].wait_ready()
 
     def honest(self, name: str) -> None:
         """One live process acts; all others keep to the rules too."""
@@ -148,13 +158,17 @@ class Walker:
         """A party that keeps to no rule dials every service and acts; then these act.
 
         Args:
-            access: what it proves itself with.
+            access: what it proves itself with, to those it dials.
         """
         services = list(self.parties.services)
+        if name in services:
+            services.remove(name)
         known = [s for s in services if self.parties.dials(name, s)]
         forth = {p for s in known for p in self._allowed(name, s)}
         back = {p for s in known for p in self._allowed(s, name)}
         with ExitStack() as stack:
+            if name in self.parties.services:
+                stack.enter_context(self._away(name))
             sessions = [self._dialling(name, service, access) for service in services]
             for session in sessions:
                 stack.enter_context(closing(session))
@@ -179,6 +193,8 @@ class Walker:
     def _dialling(self, name: str, service: str, access: Mapping[str, Any]) -> Party:
         # A client sends everything that it says, a peer only what others say that they want.
         listen = self.deployment.services[service].listen
+        if not self.parties.dials(name, service):  # to that one the id is whom it dials
+            access = {part: value for part, value in access.items() if part != "id"}
         one = Endpoints(connect=[listen], mode="client", access=access)
         return self._lawless(f"{name}@{service}", one)
 

@@ -112,6 +112,22 @@ async def test_cancelled_while_it_is_granted_a_claim_is_given_back_at_once(
     assert (scripted.released, scripted.beats) == ([CLAIM_ID], 0)
 
 
+async def test_closed_while_it_is_granted_a_claim_is_given_back_at_once(
+    robot: Robot, scripted: ScriptedRobot
+) -> None:
+    scripted.answers_late = True
+    claim = robot.claim(["base"], source="planner")
+    taking = asyncio.ensure_future(claim.__aenter__())
+    await until(lambda: scripted.waiting)
+    closing = asyncio.ensure_future(robot.close())
+    await turns()
+    scripted.answer()
+    await closing
+    with pytest.raises(ClaimLostError, match="^claim of planner lost: given back while it was tak"):
+        await taking
+    assert (scripted.released, scripted.beats) == ([CLAIM_ID], 0)
+
+
 async def test_a_tick_is_told_whole_and_one_that_came_in_part_when_it_comes_again(
     claim: PartClaim, scripted: ScriptedRobot
 ) -> None:

@@ -16,7 +16,7 @@ import yaml
 from bench.equipment.live_robot import wait_for
 from fairlead.errors import ConfigError
 from fairlead.hal import identity
-from fairlead.hal.identity import refuse_second_hal
+from fairlead.hal.identity import hold_robot, refuse_second_hal
 from fairlead.keys import Keys
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.memory_bus import MemoryBus
@@ -152,3 +152,31 @@ def test_a_hal_that_stays_is_named_whoever_comes_first(
     seen: list[str] = []
     bus.watch_tokens(KEYS.every_hal_session, lambda key, _: seen.append(key))
     assert seen == [KEYS.hal_session(other)]
+
+
+TAKEN = """
+import os, sys, hashlib, socket
+user = os.getuid()
+os.setresuid(65534, 65534, 65534)
+held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+held.bind("\\0fairlead-hal/" + hashlib.sha256(f"{user}/{sys.argv[1]}".encode()).hexdigest())
+held.listen()
+print("taken", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.processes
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can become another user")
+def test_another_user_who_has_taken_the_name_is_no_hal_and_is_named() -> None:
+    words = [sys.executable, "-c", TAKEN, f"{KEYS.namespace}/{KEYS.robot}"]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None and other.stdout.readline() == b"taken\n"
+        said = (
+            f"^hal: robot {KEYS.robot} cannot be held for this process: process {other.pid} of "
+            "another user .uid 65534. has taken its name; end that one$"
+        )
+        with pytest.raises(ConfigError, match=said):
+            hold_robot("hal", KEYS)
+        other.communicate()
+    hold_robot("hal", KEYS).close()

@@ -156,6 +156,59 @@ def test_a_robot_and_a_skill_that_one_of_two_hosts_has_otherwise_are_named(
         assert any(one.startswith("skill go-to is ") for one in problems), problems
 
 
+@pytest.mark.processes
+@pytest.mark.parametrize(
+    ("robot", "port", "wrong"),
+    [
+        ("left", 7502, "left and left have the same id; each robot needs its own"),
+        ("right", 7501, "left and right both listen on port 7501 (hal, hal); give one another"),
+        ("r", 7502, ""),
+    ],
+)
+def test_several_files_of_one_machine_find_what_two_robots_cannot_share(
+    robot: str, port: int, wrong: str, tmp_path: Path
+) -> None:
+    files = [tmp_path / "one.yaml", tmp_path / "other.yaml"]
+    for file, (name, number) in zip(files, (("left", 7501), (robot, port)), strict=True):
+        listen = {"hal": number, "safety": number + 10}
+        services = {
+            one: {"run": run, "listen": f"tcp/127.0.0.1:{listen[one]}"}
+            for one, run in (("hal", "hal_mujoco"), ("safety", "safety"))
+        }
+        spec = {"robot": "panda", "id": name, "services": services}
+        file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+    done = fairlead_here("deploy", "check", *map(str, files), state=tmp_path)
+    assert (f"PROBLEM {wrong}" in done.stdout) == bool(wrong), done.stdout + done.stderr
+
+
+@pytest.mark.processes
+def test_another_version_on_a_host_is_named_also_where_its_answer_has_other_fields(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "two.yaml"
+    file.write_text(yaml.safe_dump(content(access="open")), encoding="utf-8")
+    other = tmp_path / "fairlead-0.2.0.dist-info"
+    other.mkdir()
+    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: fairlead\nVersion: 0.2.0\n")
+
+    def asked(*words: str) -> str:
+        reach = ["--reach", shlex.join([*words, "ASKED_AT={address}"])]
+        program = ["--program", shlex.join(fairlead_command())]
+        done = fairlead("deploy", "check", str(file), *reach, *program, state=tmp_path)
+        assert done.returncode == 1
+        return done.stdout
+
+    said = asked("env", f"PYTHONPATH={tmp_path}")
+    assert "PROBLEM hosts gpu and robot have fairlead 0.2.0 and 0.1.0: install the same on" in said
+    answer = tmp_path / "answer.json"
+    answer.write_text('{"hosts": [{"versions": {"fairlead": "0.2.0"}, "later": 1}]}')
+    said = asked("sh", "-c", f"cat {answer}")
+    assert (
+        "PROBLEM host gpu: answers as another version does: it has fairlead 0.2.0, this machine "
+        "0.1.0: install the same on both" in said
+    )
+
+
 @pytest.mark.parametrize(
     ("robot", "port", "wrong"), [("left", 7448, "id"), ("right", 7447, "router.port"), ("r", 1, "")]
 )
@@ -170,6 +223,38 @@ def test_several_files_find_robots_that_cannot_share_their_router(
     said = f"PROBLEM router: left and {robot} have the same {wrong}; each robot needs its own"
     assert (said in done.stdout) == bool(wrong), done.stdout + done.stderr
     assert [f"{name}, host gpu: " in done.stdout for name in ("left", robot)] == [True] * 2
+
+
+WRONG: dict[str, tuple[tuple[str, ...], Any, str]] = {
+    "a HAL's option": (("hal", "options", "camers"), [], "camers: unknown key"),
+    "a runner's option": (("runner", "options", "skils"), [], "skils: unknown key"),
+    "an assembler's option": (("state_assembler", "options"), {"age": 1}, "age: unknown key"),
+    "a camera that no skill's picture fits": (
+        ("runner", "options", "skills"), ["pi05-robocasa365-human300-nf4"],
+        "needs camera 'robot0_agentview_left' (valid: none); options.cameras of hal",
+    ),
+    "every address": (("hal", "listen"), "tcp/0.0.0.0:7599", "of this machine alone, such as"),
+    "another machine": (("hal", "listen"), "tcp/10.9.9.9:7599", "of this machine alone, such as"),
+    "no address": (("hal", "listen"), "tcp/nosuch.invalid:7599", "of this machine alone, such as"),
+}  # fmt: skip
+
+
+@pytest.mark.processes
+@pytest.mark.parametrize("what", WRONG)
+def test_on_one_host_what_a_service_would_refuse_is_said_before_it_starts(
+    what: str, tmp_path: Path
+) -> None:
+    (service, *inner, last), value, said = WRONG[what]
+    spec = yaml.safe_load((repo_root() / "compose/panda_mobile_sim.yaml").read_text("utf-8"))
+    place = spec["services"][service]
+    for one in inner:
+        place = place[one]
+    place[last] = value
+    file = tmp_path / "wrong.yaml"
+    file.write_text(yaml.safe_dump(spec), encoding="utf-8")
+    done = fairlead_here("deploy", "check", str(file), state=tmp_path)
+    assert said in done.stdout + done.stderr
+    assert "wrong.yaml" in done.stdout + done.stderr or "camera" in what
 
 
 @pytest.mark.processes

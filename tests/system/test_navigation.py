@@ -256,7 +256,9 @@ def test_the_claim_of_a_client_is_what_a_goal_is_refused_for_and_by_name(
         result = robot.run("go-to", "0 0 0")
         assert (result.outcome, result.kind) == ("failed", "claim_refused")
         assert "part base is held by planner (drive)" in result.detail
-        assert result.detail.endswith("try: fairlead cancel planner")
+        assert result.detail.endswith(
+            "try: fairlead cancel planner (if no runner: end it where it began)"
+        )
         with (
             pytest.raises(RefusedError, match="held by planner"),
             client.claim(["base"], source="other"),

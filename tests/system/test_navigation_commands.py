@@ -118,7 +118,7 @@ def test_no_command_ends_the_claim_of_another_unasked(robot: ScratchRobot, do: C
         assert "disarm" not in episode.stderr
         refused = do("run", ORACLE)
         assert "part base is held by planner (drive)" in refused.stdout
-        assert "try: fairlead cancel planner" in refused.stdout
+        assert "try: fairlead cancel planner (if no runner: end" in refused.stdout
         cancelled = do("cancel", "planner")
         assert "expected a runner, got 'planner' (valid: navigation, manipulation)" in (
             cancelled.stderr

@@ -8,6 +8,7 @@ from fairlead_skill_runner.action_rows import policy_rows
 from fairlead_skill_runner.candidate import dispatch
 from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.observation_buffer import ObservationBuffer
+from fairlead_skill_runner.options import RunnerOptions
 from fairlead_skill_runner.picture import as_declared, pixels_of
 from fairlead_skill_runner.policies.backends import check_policy_options, policy_class
 from fairlead_skill_runner.policies.onnx_files import action_names, state_names
@@ -17,6 +18,7 @@ from fairlead_skill_runner.trace import TraceRecord, picture_hashes, read_trace
 __all__ = [
     "ObservationBuffer",
     "PolicyServer",
+    "RunnerOptions",
     "TraceRecord",
     "action_names",
     "as_declared",

@@ -1,9 +1,9 @@
 """Who may write and read what: the one table, and what of it each session enforces.
 
 Every service and tool has a name. On one host it proves it, by its password, to those it dials; a
-service that is dialled is known by its session's id. Each session lets through, in both directions,
-what `TABLE` gives to both ends of a link, and nothing else. `fairlead.deploy.routed_access` has
-what a router and its clients let through.
+service is known by its session's id, too. Each session lets through, in both directions, what
+`TABLE` gives to both ends of a link, and nothing else. `fairlead.deploy.routed_access` has what a
+router and its clients let through.
 """
 
 from __future__ import annotations
@@ -230,31 +230,31 @@ class Secrets:
         return f"f{digest.hexdigest()[:31]}"
 
 
-def session_access(parties: Parties, own: str, secrets: Secrets, listens: bool) -> dict[str, Any]:
+def session_access(parties: Parties, own: str, secrets: Secrets) -> dict[str, Any]:
     """The part of a Zenoh configuration that makes a session one of this party's.
 
-    It has a password in it: it goes into no log and on no command line.
+    It has a password in it: it goes into no log and on no command line. Whoever listens in the
+    place of a service could pass on what proves who dials it: but no second link has one id.
     """
     every = list(grants(parties))
     subjects: list[tuple[dict[str, Any], list[dict[str, Any]]]] = []
     for other in parties.names:
         sent = [one for one in every if (one.sender, one.receiver) == (own, other)]
         got = [one for one in every if (one.sender, one.receiver) == (other, own)]
-        if parties.dials(own, other):
-            subject = {"id": other, "zids": [secrets.session_id(other)]}
-        else:
-            subject = {"id": other, "usernames": [other]}
+        subject: dict[str, Any] = {"id": other}
+        if other in parties.services:
+            subject["zids"] = [secrets.session_id(other)]
+        if not parties.dials(own, other):
+            subject["usernames"] = [other]
         subjects.append((subject, [*rules(sent, "egress"), *rules(got, "ingress")]))
     proof = {
         "user": own,
         "password": secrets.passwords[own],
         "dictionary_file": str(secrets.file),
     }
-    access: dict[str, Any] = {
-        "transport": {"auth": {"usrpwd": proof}},
-        "access_control": access_control(subjects),
-    }
-    return access | ({"id": secrets.session_id(own)} if listens else {})
+    control = access_control(subjects)
+    access: dict[str, Any] = {"transport": {"auth": {"usrpwd": proof}}, "access_control": control}
+    return access | ({"id": secrets.session_id(own)} if own in parties.services else {})
 
 
 def access_control(

@@ -16,13 +16,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from fairlead.deploy.credentials import access_dir, check_private
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.paths import ACCESS_VARIABLE
+
+if TYPE_CHECKING:
+    from cryptography import x509
 
 WARN_DAYS = 30
 """So long before its end a certificate is warned of."""
@@ -111,10 +114,50 @@ def find_certificate(keys: Keys, hosts: Sequence[str], name: str) -> Certificate
     check_private(file.parent, _LEAKED)
     check_private(file, _LEAKED)
     found = read_certificate(file)
-    problem = found.problem(keys, datetime.now(UTC))
+    problem = found.problem(keys, datetime.now(UTC)) or _trust_problem(found)
     if problem:
         raise ConfigError(f"{name}: its certificate {file} {problem}")
     return found
+
+
+def _trust_problem(certificate: Certificate) -> str:
+    """Why the router and its clients would not believe each other, as far as it shows here."""
+    own, other = TRUSTED["listen"], TRUSTED["connect"]
+    if certificate.file.stem == ROUTER:
+        own, other = other, own
+    _trusted(certificate.file.with_name(other))
+    file = certificate.file.with_name(own)
+    if not file.is_file():  # on hosts without the router
+        return ""
+    from cryptography import x509
+
+    mine = x509.load_pem_x509_certificate(certificate.file.read_bytes())
+    if any(_has_signed(one, mine) for one in _trusted(file)):
+        return ""
+    who = "the hosts trust" if certificate.file.stem == ROUTER else "the router lets in"
+    return f"is signed by nobody whom {who}; copy the folder again, or: fairlead certs new"
+
+
+def _has_signed(signer: x509.Certificate, other: x509.Certificate) -> bool:
+    from cryptography.exceptions import InvalidSignature
+
+    try:
+        other.verify_directly_issued_by(signer)
+    except (InvalidSignature, ValueError, TypeError):  # the last two: of another name or kind
+        return False
+    return True
+
+
+def _trusted(file: Path) -> list[x509.Certificate]:
+    from cryptography import x509
+
+    try:
+        return x509.load_pem_x509_certificates(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise ConfigError(
+            f"certificates {file}: cannot be read: {error}; copy the folder again; if it is the "
+            "same where it was made: fairlead certs new"
+        ) from None
 
 
 def certified_host(keys: Keys, hosts: Sequence[str], name: str) -> str:

@@ -23,7 +23,7 @@ from typing import Any
 from fairlead.deploy.access import Secrets
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
-from fairlead.paths import access_variable, user_access_dir, written
+from fairlead.paths import access_variable, make_private, user_access_dir, written
 
 PASSWORDS = "passwords"
 
@@ -41,9 +41,7 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
         if known.keys() >= set(names):  # also on a disk that takes nothing any more
             check_private(folder, "correct it")
             return Secrets(known, file)
-        user_access_dir().parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        user_access_dir().mkdir(mode=0o700, exist_ok=True)
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make_private(folder)
         if not file.exists():  # whoever copies certificates to it makes it as others' folders are
             folder.chmod(0o700)
         check_private(folder, "correct it")
@@ -66,7 +64,7 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
 def write_session(keys: Keys, service: str, access: Mapping[str, Any]) -> Path:
     """Put what a session needs into a file that only this user can read; which."""
     file = access_dir(keys) / f"{service}.json"
-    file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    make_private(file.parent)
     write_private(file, json.dumps(dict(access)))
     return file
 
@@ -114,11 +112,18 @@ _MADE_ANEW = "correct it, or delete it: it is made anew when the deployment is s
 
 
 def check_private(path: Path, remedy: str) -> None:
-    """Make sure that nobody else could have read or written a file or folder.
+    """Make sure that nobody else could have read, written or replaced a file or folder.
 
     Raises:
         ConfigError: somebody could; ``remedy`` says what to do.
     """
+    root = user_access_dir()
+    status = root.stat()
+    if status.st_uid not in (0, os.geteuid()) or status.st_mode & 0o002:
+        raise ConfigError(
+            f"access: {root}: others can write there; make it uid {os.geteuid()}'s own (chmod o-w, "
+            f"chown), or {access_variable()} names another folder"
+        )
     status = path.stat()
     if status.st_uid != os.geteuid() or status.st_mode & 0o077:
         mode = 0o700 if path.is_dir() else 0o600

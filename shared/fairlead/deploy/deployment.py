@@ -27,6 +27,7 @@ from fairlead.deploy.hosts import (
     people_problems,
     place_of,
     service_problems,
+    without_anothers,
 )
 from fairlead.deploy.routed_access import client_access
 from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceName, ServiceSpec
@@ -109,12 +110,12 @@ class Deployment(BaseModel):
 
     def _host_problems(self) -> list[str]:
         if not self.hosts and self.router is None:
-            return service_problems(self.services, ())
+            return service_problems(self.services, (), not self.open_access)
         if not self.hosts or self.router is None:
             missing = "hosts" if not self.hosts else "router"
             return [f"{missing}: missing; hosts and router go together"]
         problems = host_problems(self.hosts, self.router, not self.open_access)
-        problems += service_problems(self.services, self.hosts)
+        problems += service_problems(self.services, self.hosts, not self.open_access)
         names = {self._place(name): common_name(self.keys, name) for _, name in self.certified}
         return problems + long_names(names, COMMON_NAME_MAX)
 
@@ -179,9 +180,7 @@ class Deployment(BaseModel):
         if self.router is not None:
             return self.tool_endpoints(service)
         before = [self.services[name].listen for name in self.parties.before(service)]
-        return Endpoints(
-            listen=[spec.listen], connect=before, access=self._access(service, listens=True)
-        )
+        return Endpoints(listen=[spec.listen], connect=before, access=self._access(service))
 
     def tool_endpoints(self, party: str = OPERATOR) -> Endpoints:
         """Endpoints of what listens nowhere and connects to every service.
@@ -198,12 +197,13 @@ class Deployment(BaseModel):
                 connect=[self.router_endpoint],
                 mode="client",
                 router_host=self.router.host,
-                access=self._access(party, listens=False),
+                access=self._access(party),
             )
-        others = [spec.listen for name, spec in self.services.items() if name != party]
-        return Endpoints(connect=others, access=self._access(party, listens=False))
+        others = {name: spec.listen for name, spec in self.services.items() if name != party}
+        dialled = list(others.values()) if self.open_access else without_anothers(others)
+        return Endpoints(connect=dialled, access=self._access(party))
 
-    def _access(self, party: str, listens: bool) -> dict[str, Any]:
+    def _access(self, party: str) -> dict[str, Any]:
         if self.open_access:
             return {}
         parties = self.parties
@@ -213,7 +213,7 @@ class Deployment(BaseModel):
             hosts = [host for host, name in self.certified if name == party]
             return client_access(parties, party, hosts)
         secrets = find_secrets(self.keys, parties.names)
-        return session_access(parties, party, secrets, listens)
+        return session_access(parties, party, secrets)
 
     @property
     def router_endpoint(self) -> str:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import ipaddress
+import logging
 import re
 from collections.abc import Collection, Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from fairlead.deploy.process_table import anothers_of
 from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import expected
 
 ROUTER = "router"
 """The router's name beside the services, in logs and in lists of processes."""
 
+_LOG = logging.getLogger("access")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_\-]*")
 _ADDRESS = re.compile(r"[A-Za-z0-9][A-Za-z0-9.:\-]*")
 
@@ -56,8 +59,14 @@ def host_problems(hosts: dict[str, str], router: RouterSpec, certified: bool) ->
     return problems
 
 
-def service_problems(services: Mapping[str, ServiceSpec], hosts: Collection[str]) -> list[str]:
-    """What does not fit in where services are: on one of the hosts, or, without any, listening."""
+def service_problems(
+    services: Mapping[str, ServiceSpec], hosts: Collection[str], closed: bool
+) -> list[str]:
+    """What does not fit in where services are: on one of the hosts, or, without any, listening.
+
+    Args:
+        closed: passwords alone prove names where there are no hosts, and nothing is encrypted.
+    """
     problems = []
     for name, spec in services.items():
         if hosts and spec.host not in hosts:
@@ -69,6 +78,11 @@ def service_problems(services: Mapping[str, ServiceSpec], hosts: Collection[str]
             )
         if not hosts and not spec.listen:
             problems.append(f"services.{name}.listen: missing (or give hosts and a router)")
+        if not hosts and spec.listen and closed and not _is_loopback(spec.listen):
+            problems.append(
+                f"services.{name}.listen: expected an address of this machine alone, such as "
+                f"tcp/127.0.0.1:7501, got {spec.listen}: between hosts, give hosts and a router"
+            )
         if not hosts and spec.host:
             problems.append(f"services.{name}.host: {spec.host!r}, but there are no hosts")
     return problems
@@ -119,3 +133,38 @@ def _is_everywhere(address: str) -> bool:
         return ipaddress.ip_address(address).is_unspecified
     except ValueError:  # a name
         return False
+
+
+def anothers_ports(listens: Mapping[str, str]) -> dict[str, str]:
+    """Of services by endpoint, those in whose place another user of this machine listens.
+
+    What proves a name to Zenoh does not say to whom: whoever listens there can pass it on to a
+    service that runs, and gets a link in the name of who dialled.
+
+    Returns:
+        what to say of each, by its name.
+    """
+    ports = {name: int(listen.rpartition(":")[2]) for name, listen in listens.items()}
+    taken = anothers_of(ports.values())
+    return {
+        name: f"{name}: another user listens on its port {port} and could act in the name of "
+        f"whoever connects there; end that process, or give {name} another port"
+        for name, port in ports.items()
+        if port in taken
+    }
+
+
+def without_anothers(listens: Mapping[str, str]) -> list[str]:
+    """Endpoints without those of `anothers_ports`, which are logged."""
+    found = anothers_ports(listens)
+    for text in found.values():
+        _LOG.warning("not connected: %s", text)
+    return [listen for name, listen in listens.items() if name not in found]
+
+
+def _is_loopback(endpoint: str) -> bool:
+    address = endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+    try:
+        return ipaddress.ip_address(address).is_loopback
+    except ValueError:  # a name
+        return address == "localhost"

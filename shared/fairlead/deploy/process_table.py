@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,12 +77,19 @@ def group_members(group: int) -> list[int]:
 
 def is_listening(port: int) -> bool:
     """Whether any process on this host listens on a TCP port."""
-    return bool(_listening_inodes(port))
+    return any(found == port for found, _, _ in _listeners())
+
+
+def anothers_of(ports: Collection[int]) -> set[int]:
+    """Those TCP ports of this host on which only other users' processes listen; root is trusted."""
+    found = [(port, user) for port, user, _ in _listeners() if port in ports]
+    trusted = {port for port, user in found if user in (0, os.geteuid())}
+    return {port for port, _ in found} - trusted
 
 
 def listener_of(port: int) -> int | None:
     """Who listens on a TCP port; None if nobody does or the owner is another user."""
-    wanted = {f"socket:[{inode}]" for inode in _listening_inodes(port)}
+    wanted = {f"socket:[{inode}]" for found, _, inode in _listeners() if found == port}
     if not wanted:
         return None
     for entry in Path("/proc").iterdir():
@@ -89,18 +98,14 @@ def listener_of(port: int) -> int | None:
     return None
 
 
-def _listening_inodes(port: int) -> set[str]:
-    inodes = set()
+def _listeners() -> Iterator[tuple[int, int, str]]:
+    """Port, user and inode of each socket that listens."""
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
-        try:
-            rows = Path(table).read_text(encoding="ascii").splitlines()[1:]
-        except OSError:  # a kernel without IPv6 has no tcp6
-            continue
-        for row in rows:
-            fields = row.split()
-            if fields[3] == _LISTEN and int(fields[1].rsplit(":", 1)[1], 16) == port:
-                inodes.add(fields[9])
-    return inodes
+        with suppress(OSError), Path(table).open(encoding="ascii") as rows:  # or without IPv6
+            for row in rows:
+                fields = row.split()
+                if fields[3] == _LISTEN:
+                    yield int(fields[1].rsplit(":", 1)[1], 16), int(fields[7]), fields[9]
 
 
 def _open_files(process: Path) -> set[str]:

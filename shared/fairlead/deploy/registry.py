@@ -27,7 +27,7 @@ import msgspec
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.process_table import ProcessId
 from fairlead.errors import ServiceError
-from fairlead.paths import user_state_dir, written
+from fairlead.paths import make_private, user_state_dir, written
 
 _LOG = logging.getLogger("registry")
 _SAID: set[Path] = set()
@@ -202,8 +202,7 @@ class Registry:
 
     def _make_folder(self) -> None:
         """What robots do is nobody else's to read."""
-        self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
-        (self.root / "running").mkdir(exist_ok=True)
+        make_private(self.root / "running")
 
     def _path(self, name: str, suffix: str) -> Path:
         return self.root / "running" / f"{name}.{suffix}"

@@ -199,7 +199,13 @@ def hold_robot(service: str, keys: Keys) -> socket.socket:
     except OSError as error:
         held.close()
         if error.errno == errno.EADDRINUSE:
-            raise _second_hal(service, keys, f"process {_holder(name)}") from None
+            process, user = _holder(name)
+            if user != os.getuid():
+                raise ConfigError(
+                    f"{service}: robot {keys.robot} cannot be held for this process: process "
+                    f"{process} of another user (uid {user}) has taken its name; end that one"
+                ) from None
+            raise _second_hal(service, keys, f"process {process}") from None
         raise ConfigError(
             f"{service}: robot {keys.robot} cannot be held for this process: {error}"
         ) from None
@@ -207,16 +213,17 @@ def hold_robot(service: str, keys: Keys) -> socket.socket:
     return held
 
 
-def _holder(name: str) -> str:
-    """Number of the process that listens behind a Unix socket's name; it need not answer."""
+def _holder(name: str) -> tuple[str, int]:
+    """Process and user who listen behind a Unix socket's name; they need not answer."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
         asking.setblocking(False)
         try:
             asking.connect(name)
         except OSError:  # it has just ended, or just begun
-            return "unknown"
+            return "unknown", os.getuid()
         found = asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
-        return str(_PEER.unpack(found)[0])
+        process, user, _ = _PEER.unpack(found)
+        return str(process), int(user)
 
 
 def _second_hal(service: str, keys: Keys, other: str) -> ConfigError:

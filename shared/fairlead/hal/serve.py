@@ -6,6 +6,9 @@ import logging
 import sys
 from typing import Any
 
+from pydantic import BaseModel
+
+from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.process import HalDriver, run_hal
@@ -18,14 +21,10 @@ async def body(context: ServiceContext) -> None:
     """Load the HAL that the deployment file names and run it until asked to stop.
 
     Raises:
-        ConfigError: no installed package has it, it does not load, or options or pacing do not fit.
+        ConfigError: as `checked_hal`.
     """
     name = context.deployment.services[context.name].run
-    driver = hal_driver(name, context.deployment.who(context.name, "run"))
-    if driver.realtime_only and context.deployment.pacing != "realtime":
-        who = f"service {context.name}: {name}: pacing"
-        raise ConfigError(expected(who, "realtime", context.deployment.pacing))
-    options = check_options(context.deployment, context.name, driver.options)
+    driver, options = checked_hal(context.deployment, context.name)
     profile = context.deployment.profile
     if (
         driver.realtime_only
@@ -35,6 +34,21 @@ async def body(context: ServiceContext) -> None:
             "profile %s has the limits of a simulator, and %s may move a real robot", profile, name
         )
     await run_hal(context, lambda robot: driver.equip(robot, profile, options), what=name)
+
+
+def checked_hal(deployment: Deployment, service: str) -> tuple[HalDriver[Any], BaseModel]:
+    """The HAL that a service of a deployment file names, and its options.
+
+    Raises:
+        ConfigError: no installed package has it, it does not load, or options or pacing do not fit.
+    """
+    name = deployment.services[service].run
+    driver = hal_driver(name, deployment.who(service, "run"))
+    if driver.realtime_only and deployment.pacing != "realtime":
+        raise ConfigError(
+            expected(f"service {service}: {name}: pacing", "realtime", deployment.pacing)
+        )
+    return driver, check_options(deployment, service, driver.options)
 
 
 def hal_driver(name: str, who: str) -> HalDriver[Any]:

@@ -6,7 +6,6 @@ import asyncio
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
 
 import numpy.typing as npt
 
@@ -72,6 +71,7 @@ class PartClaim:
         self._services, self._robot, self._request = services, robot, request
         self._source = request.source
         self._changes = Changes()
+        self._taking: asyncio.Future[ClaimReply] | None = None  # until the gate has answered
         self._beating: asyncio.Future[None] | None = None  # while its parts are held
         self._seq = 0
 
@@ -82,23 +82,20 @@ class PartClaim:
         if self._beating is not None:
             raise ConfigError(f"claim of {self._source}: held already; make another")
         await self._services.wait_alive(self._services.gate)
-        taking = asyncio.ensure_future(self._take())
+        self._taking = asyncio.ensure_future(self._take())
         try:
-            self.reply = await asyncio.shield(taking)
+            self.reply = await asyncio.shield(self._taking)
+            if self._taking is None:
+                raise ClaimLostError(f"claim of {self._source} lost: given back while it was taken")
         except asyncio.CancelledError:
-            with suppress(FairleadError):  # what was granted meanwhile is given back
-                self.reply = await taking
-                await self._release()
+            await self.release()
             raise
+        finally:
+            self._taking = None
         self._begin()
         return self
 
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    async def __aexit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         try:
             await unbroken(self.release())
         except FairleadError:
@@ -107,6 +104,11 @@ class PartClaim:
 
     async def release(self) -> None:
         """Give the parts back before the block ends; of a claim that is lost nothing is left."""
+        if self._taking is not None:  # what the gate grants meanwhile is given back
+            taking, self._taking = self._taking, None
+            with suppress(FairleadError):
+                self.reply = await taking
+                await self._release()
         if self._beating is None:
             return
         beating, self._beating = self._beating, None
@@ -225,10 +227,8 @@ class PartClaim:
         for part in parts:
             if not isinstance(part, ActionPart):
                 raise ConfigError(expected(self._source, "what `rows` made", type(part).__name__))
-        found = {
-            len(part.values) // (FLOAT_BYTES * ControlMode(part.mode).width(n_dof))
-            for part in parts
-        }
+        widths = {part: FLOAT_BYTES * ControlMode(part.mode).width(n_dof) for part in parts}
+        found = {len(part.values) // width for part, width in widths.items()}
         if len(found) != 1:
             got = ", ".join(str(one) for one in sorted(found)) or "no parts"
             raise ConfigError(f"{self._source}: expected parts of one number of rows, got {got}")

@@ -46,12 +46,12 @@ def way_to_cameras(skill: SkillManifest, robot: RobotManifest, hal: HalStatus) -
     if "cameras off" in hal.detail:  # they were asked for, and nothing renders them
         return f"fairlead logs, which says why; the HAL: {hal.detail}"
     for name, deployment in shipped_deployments(robot.id):
-        if not camera_problems(skill, _rendered(deployment), robot.tick_period_ns):
+        if not camera_problems(skill, rendered(deployment), robot.tick_period_ns):
             return f"fairlead down, then fairlead up {name}, which has these cameras"
     return "options.cameras of the HAL in the deployment file switches cameras on"
 
 
-def _rendered(deployment: Deployment) -> list[HalCamera]:
+def rendered(deployment: Deployment) -> list[HalCamera]:
     """The cameras that the HAL is told to render; none of a HAL that calls them otherwise."""
     cameras = deployment.services[deployment.hal].options.get("cameras")
     listed = cameras if isinstance(cameras, list) else []

@@ -265,6 +265,11 @@ class ZenohBus:
         return str(self._session.zid())
 
     @property
+    def peers(self) -> set[str]:
+        """Ids of the sessions that there is a link to now."""
+        return {str(zid) for zid in self._session.info.peers_zid()}
+
+    @property
     def has_router(self) -> bool:
         """Whether there is a link to a router now."""
         return bool(list(self._session.info.routers_zid()))
@@ -274,10 +279,7 @@ class ZenohBus:
         return declared
 
     def close(self) -> None:
-        """End the session; everything declared goes with it.
-
-        Zenoh waits 10 s for a peer that takes nothing (a paused process); this does not.
-        """
+        """End the session and what it declared; Zenoh would wait 10 s for a paused peer."""
         for frames in self._frames:
             frames.close()
         closing = threading.Thread(target=self._session.close, name="close", daemon=True)

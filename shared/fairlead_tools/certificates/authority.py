@@ -21,6 +21,7 @@ from fairlead.deploy.credentials import access_dir, check_private, write_private
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, expected
+from fairlead.paths import make_private
 
 Place = tuple[str, str]
 """A host and who has a certificate there; of a person twice the name."""
@@ -103,7 +104,7 @@ class Authority:
         missing = [p for p in every if p in unsigned or not self._file(p).exists()]
         folders = [self.folder / one for one in self._folders]
         for folder in (self.folder.parent, self._signing, self.folder, *folders):
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            make_private(folder)
         self.revoke(self.left)
         for place in unsigned:
             key, name = ec.generate_private_key(ec.SECP256R1()), f"signs {'/'.join(place)}"

@@ -150,8 +150,15 @@ async def _stop(file: Path, as_started: Path, reason: str) -> bool:
             echo(f"stopped {running_name(chosen)}; when it is safe: {reset}")
     except Exception as error:  # noqa: BLE001 - of whatever kind: it is said, and the others stop
         if not stopped:
-            echo(f"ERROR {file}: NOT STOPPED: {error}", err=True)
+            echo(f"ERROR {file}: NOT STOPPED: {error}{_way_to_hold(file)}", err=True)
     return stopped
+
+
+def _way_to_hold(file: Path) -> str:
+    """What needs no link to the robot, where it runs on this machine."""
+    here = [one.name for one in Registry().entries() if one.deployment == str(file.absolute())]
+    ends = ", ".join(f"fairlead down {name}" for name in here)
+    return f"; without a stop: {ends} ends its services" * bool(here)
 
 
 def _load_as_started(kept: Path, file: Path) -> Deployment:

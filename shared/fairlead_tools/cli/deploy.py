@@ -20,7 +20,7 @@ from fairlead_tools.cli.options import (
     left_out,
     make_group,
 )
-from fairlead_tools.deploy.all_hosts import ask_host, compare, router_problems
+from fairlead_tools.deploy.all_hosts import ask_host, compare, peer_problems, router_problems
 from fairlead_tools.deploy.containers import compose_file, router_compose_file
 from fairlead_tools.deploy.host_report import HostReport, report_this
 from fairlead_tools.deploy.systemd_units import router_unit, systemd_units
@@ -46,10 +46,11 @@ def check_command(
 
     Addresses, ports, certificates, versions, robots, skills, the gate's file. The file has the same
     path on all hosts, which are asked by ssh; those that cannot be asked are a problem. Several
-    files: also whether these robots can share their routers. Exits with 1 if there is a problem.
+    files: also whether these robots can share their routers, or this machine. Exits with 1 if there
+    is a problem.
     """
     every = [load_deployment(file) for file in deployments]
-    problems = list(router_problems(every))
+    problems = [*router_problems(every), *peer_problems(every)]
     reports: list[HostReport] = []
     for file, loaded in zip(deployments, every, strict=True):
         _ = loaded.hal, loaded.only("safety")

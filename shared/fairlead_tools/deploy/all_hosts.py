@@ -6,6 +6,7 @@ import json
 import shlex
 import subprocess
 from collections.abc import Iterator, Sequence
+from importlib.metadata import version
 from itertools import combinations, product
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.shared_router import check_shared
 from fairlead.errors import ConfigError, ServiceError
 from fairlead_tools.deploy.host_report import HostReport, report_this
-from fairlead_tools.supervisor.this_host import is_own_address
+from fairlead_tools.supervisor.this_host import is_own_address, port_of
 
 ANSWER_S = 60.0
 CLOCK_S = 3600.0
@@ -56,7 +57,16 @@ def ask_host(file: Path, deployment: Deployment, host: str, reach: str, program:
             stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=ANSWER_S, check=False,
         )  # fmt: skip
         [answer] = json.loads(done.stdout)["hosts"]
-        return HostReport.model_validate(answer)
+        its, mine = answer["versions"]["fairlead"], version("fairlead")
+        try:
+            return HostReport.model_validate(answer)
+        except ValidationError:
+            if its == mine:
+                raise
+        raise ServiceError(
+            f"host {host}: answers as another version does: it has fairlead {its}, this machine "
+            f"{mine}: install the same on both"
+        )
     except subprocess.TimeoutExpired:
         raise ServiceError(f"host {host}: no answer within {ANSWER_S:g} s{by_hand}") from None
     except OSError as error:
@@ -101,6 +111,19 @@ def router_problems(deployments: Sequence[Deployment]) -> Iterator[str]:
                 check_shared([one, other])
             except ConfigError as error:
                 yield str(error)
+
+
+def peer_problems(deployments: Sequence[Deployment]) -> Iterator[str]:
+    """Why robots without a router could not all run on this machine."""
+    for one, other in combinations([each for each in deployments if each.router is None], 2):
+        if one.keys == other.keys:
+            yield f"{one.id} and {other.id} have the same id; each robot needs its own"
+        for (name, mine), (theirs, its) in product(one.services.items(), other.services.items()):
+            if port_of(mine.listen) == port_of(its.listen):
+                yield (
+                    f"{one.id} and {other.id} both listen on port {port_of(mine.listen)} "
+                    f"({name}, {theirs}); give one another port"
+                )
 
 
 def _different_skills(deployment: Deployment, reports: dict[str, HostReport]) -> Iterator[str]:

@@ -140,7 +140,7 @@ TEST_CASE("a held part is refused with the name of its holder; free parts are gi
   Claim second = rig.claim_request({"base", "gripper"});
   second.source = "planner";
   CHECK(refusal_of(rig, second) == "part gripper is held by runner (test-skill)");
-  CHECK(rig.refusal().fix == "fairlead cancel runner");
+  CHECK(rig.refusal().fix == "fairlead cancel runner (if no runner: end it where it began)");
   second.parts.erase_at(1);
   CHECK(refusal_of(rig, second).empty());
   CHECK(rig.status().claims.size() == 2);

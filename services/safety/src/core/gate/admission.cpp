@@ -75,7 +75,7 @@ Objection take_parts(const Limits& limits, const ClaimTable& table, const Claim&
     const LiveClaim* holder = table.holder_of(part);
     if (holder != nullptr && !(holder->offered_to == request.source))
       return {phrase("part ", name, " is held by ", holder->source, " (", holder->skill, ")"),
-              phrase("fairlead cancel ", holder->source)};
+              phrase("fairlead cancel ", holder->source, " (if no runner: end it where it began)")};
     claim.modes[part] = limits.parts[part].modes;
     (void)claim.parts.push_back(part);  // as many places as there are parts
   }
