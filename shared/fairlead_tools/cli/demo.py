@@ -15,8 +15,8 @@ from fairlead_tools.cli.options import (
     MAX_NUMBER,
     JsonOption,
     RunningOption,
+    deployment_option,
     example,
-    parse_deployment,
 )
 from fairlead_tools.cli.why import choose_decision_log
 from fairlead_tools.demo.demo_run import DemoOptions, check_demo, run_demo
@@ -26,11 +26,8 @@ from fairlead_tools.record.timeline import draw_timeline
 SOURCE = "panda_mobile_sim"
 CopiedOption = Annotated[
     Path | None,
-    typer.Option(
-        "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
-        help="what to copy; default: panda_mobile_sim",
-    ),
-]  # fmt: skip
+    deployment_option("--deployment", "-d", what="what to copy: ", without=SOURCE),
+]
 
 
 @example("fairlead demo --realtime")

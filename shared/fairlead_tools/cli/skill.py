@@ -31,9 +31,9 @@ from fairlead_tools.cli.options import (
     RobotOption,
     SkillArgument,
     complete_robot,
+    deployment_option,
     example,
     make_group,
-    parse_deployment,
 )
 from fairlead_tools.cli.running_deployments import running_robot
 from fairlead_tools.skills.checkpoint_stats import (
@@ -143,12 +143,11 @@ def check_command(
     ] = "",
     deployment: Annotated[
         Path | None,
-        typer.Option(
+        deployment_option(
             "--deployment",
             "-d",
-            parser=parse_deployment,
-            metavar="NAME_OR_FILE",
-            help="also compare with the robot that runs here: ranges, part order, cameras",
+            what="also compare ranges, part order and cameras with a robot that runs: ",
+            without="with none",
         ),
     ] = None,
     stats: Annotated[
