@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -59,7 +60,7 @@ def demo_command(
             )
     except FairleadError as error:
         raise ServiceError(
-            f"{error}\n  logs: fairlead logs --state-dir {out / 'state'}\n"
+            f"{error}\n  logs: fairlead logs --state-dir {shlex.quote(str(out / 'state'))}\n"
             "  then try again: fairlead demo"
         ) from None
     if as_json:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -67,7 +68,7 @@ def installed_skill(wanted: str) -> str:
         if target.exists():
             raise ConfigError(
                 f"skill {skill.id}: another one is installed in {target}; replace it by this one "
-                f"with: fairlead skill install --link --force {wanted}"
+                f"with: fairlead skill install --link --force {shlex.quote(wanted)}"
             )
         install_skill(folder, found=policy_problems(skill, folder), link=True)
         echo(f"linked {target} -> {folder.resolve()}", err=True)
@@ -200,7 +201,7 @@ def _compare(skill: SkillManifest, stats: Path, embodiment: str) -> dict[str, An
 def _print(skill: str, robot: str, problems: list[str], folder: Path) -> None:
     if problems:
         echo(f"{skill} cannot run on {robot}:\n  " + "\n  ".join(problems))
-        echo(f"fix {folder / 'rskill.yaml'}, then: fairlead skill check {skill}")
+        echo(f"fix {folder / 'rskill.yaml'}, then: fairlead skill check {shlex.quote(skill)}")
     else:
         echo(f"{skill} may run on {robot}")
 
