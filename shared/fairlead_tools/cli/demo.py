@@ -11,7 +11,7 @@ import typer
 from fairlead.errors import ConfigError, FairleadError, ServiceError
 from fairlead.paths import deployment_path
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead_tools.cli.console import ProgressLine, echo, print_json
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json
 from fairlead_tools.cli.options import (
     MAX_NUMBER,
     JsonOption,
@@ -52,7 +52,7 @@ def demo_command(
     wish = DemoOptions(source, out, skill, seed, realtime, not no_video, gif, camera)
     check_demo(wish)
     try:
-        with ProgressLine(quiet=as_json) as line:
+        with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
             result = run_demo(
                 wish,
                 lambda text: None if as_json else line.say(text),
