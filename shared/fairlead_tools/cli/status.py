@@ -24,7 +24,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.robot.safety_profile import outside_limits
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
-from fairlead_tools.cli.console import echo, hex_id, print_json
+from fairlead_tools.cli.console import echo, has_cursor, hex_id, print_json
 from fairlead_tools.cli.options import DeploymentOption, JsonOption, example, naming
 from fairlead_tools.cli.running_deployments import entries_of, starting_services
 
@@ -267,7 +267,7 @@ def watch(look: Callable[[], list[str]]) -> NoReturn:
     """Print the lines that ``look`` finds, every second until Ctrl-C, each time with the time."""
     while True:
         lines = look()
-        if sys.stdout.isatty():
+        if has_cursor(sys.stdout):
             sys.stdout.write(_CLEAR)
         echo("\n".join([utc_stamp(time.time()), *lines]))
         time.sleep(AGAIN_S)
