@@ -225,3 +225,15 @@ def test_an_advised_command_can_be_typed_where_a_path_has_blanks(
         own_process = process_id(os.getpid())
         Registry(tmp_path).write(Running(name, f"/{name}.yaml", str(tmp_path), own_process))
     check(fairlead("status", state=tmp_path), 1, "--deployment '/a b.yaml'\n  --deployment /c.yaml")
+
+
+@pytest.mark.parametrize("command", ["ps", "stop", "robot show so101", "run so101-reach"])
+def test_in_a_folder_that_is_gone_commands_work_all_the_same(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    done = fairlead(*command.split(), state=tmp_path / "state")
+    said = done.stdout + done.stderr
+    assert "no deployment runs on this machine" in said or said.startswith("so101"), said
