@@ -244,7 +244,9 @@ def _candidates() -> Iterator[Path]:
     if override:
         yield Path(override)
         return
-    yield from filter(_is_own, (Path.cwd(), *Path.cwd().parents))
+    with suppress(FileNotFoundError):  # it has been deleted, which is no reason not to stop a robot
+        here = Path.cwd()
+        yield from filter(_is_own, (here, *here.parents))
     package = Path(__file__).resolve().parent
     yield package / PACKAGED_TREE
     yield from package.parents

@@ -40,6 +40,11 @@ class Plugin:
         """How errors call it."""
         return f"{self.what} {self.name!r} of {self.package}"
 
+    @property
+    def ships(self) -> bool:
+        """Whether it is fairlead's own."""
+        return self.package.partition(" ")[0] == "fairlead"
+
     def folder(self) -> Path | None:
         """The package or folder in a package that `value` names; None if there is none.
 

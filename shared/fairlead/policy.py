@@ -237,6 +237,9 @@ class Policy(Protocol):
 
     ``continues_rows``: True if its answers go on from `Observation.prefix` (real-time chunking). A
     skill that blends their seam as well is refused.
+
+    ``probe``: False if ``infer`` does more than answer; else a package's policy is asked once as
+    it is loaded, with a state of 0.5 everywhere and black pictures.
     """
 
     @classmethod

@@ -37,7 +37,7 @@ def fairlead_command(*arguments: str) -> list[str]:
 
 def terminal(state: Path, *arguments: str) -> Terminal:
     """Run one command in a terminal of its own."""
-    return Terminal(fairlead_command(*arguments), fairlead_environment(state))
+    return Terminal(fairlead_command(*arguments), fairlead_environment(state) | {"TERM": "xterm"})
 
 
 def fairlead(*arguments: str, state: Path, answer: str = "") -> subprocess.CompletedProcess[str]:

@@ -278,4 +278,4 @@ def test_status_can_be_watched_block_after_block_until_interrupted(
         assert block[1].startswith("gate   disarmed"), block
     watching.send_signal(signal.SIGINT)
     watching.communicate(timeout=20.0)
-    assert watching.returncode == 0
+    assert watching.returncode == 130

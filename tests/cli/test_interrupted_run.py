@@ -100,3 +100,19 @@ def test_where_the_runner_does_not_confirm_the_robot_is_stopped_and_the_run_says
         assert gate.stop_ids == (int(said.group(1), 16),)
     finally:
         subprocess.run(["kill", "-CONT", str(pid)], check=True)
+
+
+def test_a_run_without_any_output_ends_as_others_do_and_disarms(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    file = str(robot.scratch.file)
+    command = fairlead_command("run", SKILL, "-d", file, "--deadline-ticks", "20")
+    subprocess.run(
+        ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command],
+        env=fairlead_environment(tmp_path / "registry"),
+        timeout=60.0,
+        check=False,
+    )
+    [runner] = robot.client.status().runners
+    assert runner.result is not None and runner.result.outcome == "deadline", runner
+    assert robot.client.gate_status().state == GateState.DISARMED

@@ -27,18 +27,19 @@ def read_until(stream: IO[str], text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("moment", "done_after"),
+    ("moment", "done_after", "ending"),
     [
-        ("starting hal", "ready after"),
+        ("starting hal", "ready after", signal.SIGTERM),
         # Not at a line about its progress: in lockstep a quick machine may have none before the
         # goal is done, and in realtime a slow one may end it with a stop.
         pytest.param(
-            "armed; goal: ", "now two chunks that must not pass", marks=pytest.mark.thorough
+            "armed; goal: ", "now two chunks that must not pass", signal.SIGINT,
+            marks=pytest.mark.thorough,
         ),
     ],
-)
-def test_ctrl_c_ends_the_demo_at_once_and_leaves_no_process(
-    moment: str, done_after: str, tmp_path: Path
+)  # fmt: skip
+def test_ctrl_c_or_sigterm_ends_the_demo_at_once_and_leaves_no_process(
+    moment: str, done_after: str, ending: signal.Signals, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
     with subprocess.Popen(
@@ -51,10 +52,12 @@ def test_ctrl_c_ends_the_demo_at_once_and_leaves_no_process(
     ) as demo:
         assert demo.stderr is not None and demo.stdout is not None
         read_until(demo.stderr, moment)
-        os.killpg(demo.pid, signal.SIGINT)
+        os.killpg(demo.pid, ending)
         rest, printed = demo.stderr.read(), demo.stdout.read()
         assert demo.wait(timeout=60.0) == 130
     assert rest.endswith("interrupted\n") and done_after not in rest
     assert "Traceback" not in rest and printed == ""
     assert sorted(path.name for path in out.iterdir()) == ["state"], "nothing was drawn"
+    left = [path.name for path in (tmp_path / "registry" / "running").iterdir()]
+    assert [name for name in left if not name.endswith(".lock")] == [], "it is not listed"
     wait_for(lambda: not pids_that_mention(out), "no process is left")

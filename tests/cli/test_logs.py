@@ -61,8 +61,8 @@ def test_following_prints_what_is_added_also_in_a_new_file_until_interrupted(
         logs["safety"].append(WHEN.format(6, "safety", "late"))  # its first
         assert process.stdout.readline() == f"[safety] {WHEN.format(6, 'safety', 'late')}\n"
         process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=20.0)[0] == ""
-        assert process.returncode == 0
+        assert process.communicate(timeout=20.0)[0] == "interrupted\n"
+        assert process.returncode == 130
 
 
 def test_a_service_that_has_printed_nothing_yet_is_followed(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running
 from fairlead.paths import repo_root
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.cli.command import fairlead_here as fairlead
@@ -204,3 +207,33 @@ def test_a_misspelt_option_of_a_policy_is_found_before_the_skill_runs(
     said = done.stdout + done.stderr
     assert "policy.options: rldx policy: 2 problem(s):" in said
     assert "langage_key: unknown key, did you mean language_key? (valid: address, " in said
+
+
+def test_an_advised_command_can_be_typed_where_a_path_has_blanks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path / "skills"))
+    own, other = tmp_path / "own" / "wave", tmp_path / "an other" / "wave"
+    for folder in (own, other):
+        folder.parent.mkdir()
+        monkeypatch.chdir(folder.parent)
+        assert fairlead("skill", "new", "wave", "--robot", "so101", state=tmp_path).returncode == 0
+    assert fairlead("skill", "install", "--link", str(own), state=tmp_path).returncode == 0
+    check(fairlead("run", str(other), state=tmp_path), 1, f"install --link --force '{other}'\n")
+
+    for name in ("a b", "c"):
+        own_process = process_id(os.getpid())
+        Registry(tmp_path).write(Running(name, f"/{name}.yaml", str(tmp_path), own_process))
+    check(fairlead("status", state=tmp_path), 1, "--deployment '/a b.yaml'\n  --deployment /c.yaml")
+
+
+@pytest.mark.parametrize("command", ["ps", "stop", "robot show so101", "run so101-reach"])
+def test_in_a_folder_that_is_gone_commands_work_all_the_same(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    done = fairlead(*command.split(), state=tmp_path / "state")
+    said = done.stdout + done.stderr
+    assert "no deployment runs on this machine" in said or said.startswith("so101"), said

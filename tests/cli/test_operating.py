@@ -233,7 +233,7 @@ def ask_on_a_terminal(command: list[str], state: Path, answer: str) -> tuple[str
     """What a command shows on a terminal of 80 columns, and how it ends."""
     near, far = pty.openpty()
     os.set_inheritable(far, True)
-    environment = fairlead_environment(state)
+    environment = fairlead_environment(state) | {"TERM": "xterm"}
     with subprocess.Popen(command, env=environment, stdin=far, stdout=far, stderr=far) as process:
         os.close(far)
         os.write(near, answer.encode())

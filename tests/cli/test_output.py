@@ -182,6 +182,16 @@ def test_progress_in_a_file_ends_with_its_newest_line_and_repeats_none(
         assert capsys.readouterr().err.split() == list(dict.fromkeys((lines[0], lines[-1])))
 
 
+def test_a_terminal_that_cannot_move_its_cursor_gets_lines(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "dumb")
+    with ProgressLine() as line:
+        line.show("one")
+    assert capsys.readouterr().err == "one\n"
+
+
 def test_what_takes_long_counts_its_seconds(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -113,6 +113,26 @@ def test_what_is_made_has_to_be_a_policy(tmp_path: Path) -> None:
     )
 
 
+NARROW = POLICY.replace("(1, 12)", "(1, 11)")
+
+
+@pytest.mark.processes
+def test_rows_of_another_width_are_known_as_the_policy_is_loaded(tmp_path: Path) -> None:
+    assert load(tmp_path, "acme:Still", NARROW) == (
+        "policy worker: loading failed: policy backend 'still' of acme-policies 1.2: asked with a "
+        "probe observation: policy: expected actions as floats [1 to 8, 12], got float32 [1, 11]\n"
+        "  for a policy that cannot be asked before its goal: probe = False in its class"
+    )
+
+
+@pytest.mark.processes
+def test_a_policy_that_wants_no_probe_is_asked_for_its_goal_only(tmp_path: Path) -> None:
+    shy = POLICY.replace("class Still:", "class Still:\n    probe = False\n").replace(
+        "return Done", "assert observation.tick\n        return Done"
+    )
+    assert json.loads(load(tmp_path, "acme:Still", shy)) == [[1, 12], "still"]
+
+
 @pytest.mark.parametrize("name", POLICIES.names())
 def test_every_policy_that_ships_checks_its_options_without_being_loaded(name: str) -> None:
     assert callable(getattr(policy_class(POLICIES.find(name)), "check_options", None))

@@ -87,6 +87,19 @@ def test_every_option_is_explained(path: str) -> None:
     assert silent == []
 
 
+def test_a_deployment_is_explained_in_the_same_words_everywhere() -> None:
+    asked = [(path, one) for path, command in COMMANDS.items() for one in command.params]
+    texts = {str(getattr(one, "help", "")) for _, one in asked if one.metavar == "NAME_OR_FILE"}
+    named = [text for text in texts if "compose/" in text or "`fairlead ps`" in text]
+    ways = {re.sub("^.*: (?=as in)|; without it: .*", "", text) for text in named}
+    assert ways == {
+        "as in `fairlead ps`, a name in compose/, or a file",
+        "as in `fairlead ps`, or its file",
+        "a name in compose/, or a file",
+        "names in compose/, or files",
+    }
+
+
 def test_the_documents_name_only_commands_that_exist() -> None:
     groups = {path.split()[0] for path in COMMANDS if " " in path}
     wrong = set()

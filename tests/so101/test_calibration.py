@@ -48,6 +48,11 @@ def test_a_joint_that_was_not_moved_from_end_to_end_leaves_no_file(tmp_path: Pat
     assert not file.exists()
 
 
+def test_nobody_is_told_to_hold_an_arm_that_is_not_there(tmp_path: Path) -> None:
+    done = fairlead("calibrate", "so101", "--port", str(tmp_path / "none"), state=tmp_path)
+    assert (done.returncode, done.stdout) == (1, ""), done.stderr
+
+
 def test_which_end_is_which_is_said_as_another_library_s_model_moves() -> None:
     model = mujoco.MjModel.from_xml_path(str(robot_dir("so101") / "so101.xml"))
     data = mujoco.MjData(model)

@@ -58,6 +58,7 @@ def calibrate(
     )
     try:
         bus.check_servos()
+        say("the arm goes limp: hold it")
         for servo_id in joints:
             _let_go(bus, servo_id)
         free = {tool.gripper_joint for tool in robot.end_effectors if arm == "leader"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -48,7 +49,7 @@ def choose_file(file: Path | None) -> Path:
         return file
     running = running_files()
     if len(running) > 1:
-        files = "\n".join(f"  --deployment {file}" for file in running)
+        files = "\n".join(f"  --deployment {shlex.quote(str(file))}" for file in running)
         raise ConfigError(f"several deployments run on this machine; add one of:\n{files}")
     return running[0]
 

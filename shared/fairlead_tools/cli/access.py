@@ -18,23 +18,15 @@ from fairlead_tools.cli.console import echo, print_json, print_table
 from fairlead_tools.cli.options import (
     DeploymentArgument,
     JsonOption,
+    deployment_option,
     example,
     make_group,
-    parse_running_or_file,
 )
 
 
 @example("fairlead acl show panda_mujoco")
 def acl_show_command(
-    target: Annotated[
-        Path | None,
-        typer.Argument(
-            parser=parse_running_or_file,
-            metavar="NAME_OR_FILE",
-            help="as in `fairlead ps`, a name in compose/, or a file; "
-            "without it: the only deployment that runs here",
-        ),
-    ] = None,
+    target: Annotated[Path | None, deployment_option()] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Show who may write and read each key of a deployment; nobody may do anything else.

@@ -86,8 +86,8 @@ def _plug_ins() -> str:
     """A line for each other package that adds something, and what."""
     added: dict[str, list[str]] = {}
     for one in (one for group in (HALS, POLICIES, LAYOUTS, DATA) for one in group.every()):
-        added.setdefault(one.package, []).append(f"{one.what} {one.name}")
-    added.pop(f"fairlead {version('fairlead')}", None)
+        if not one.ships:
+            added.setdefault(one.package, []).append(f"{one.what} {one.name}")
     return "".join(f"\n  {package}: {', '.join(what)}" for package, what in added.items())
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, TextIO
 
 from fairlead.wire.printable import printable, printable_lines
 
@@ -44,6 +44,11 @@ def print_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> None
         echo("  ".join(cells).rstrip())
 
 
+def has_cursor(stream: TextIO) -> bool:
+    """Whether what was printed can be written over: no file, and no terminal like Emacs' shell."""
+    return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+
+
 LINE_EVERY_S = 2.0  # in a log file
 WORD_EVERY_S = 5.0
 
@@ -53,7 +58,7 @@ class ProgressLine:
 
     def __init__(self, quiet: bool = False) -> None:
         self._quiet = quiet
-        self._on_terminal = sys.stderr.isatty()
+        self._on_terminal = has_cursor(sys.stderr)
         self._last_s = -LINE_EVERY_S
         self._text = self._printed = ""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -10,13 +11,13 @@ import typer
 from fairlead.errors import ConfigError, FairleadError, ServiceError
 from fairlead.paths import deployment_path
 from fairlead.robot.manifest import RobotManifest, load_robot
-from fairlead_tools.cli.console import ProgressLine, echo, print_json
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json
 from fairlead_tools.cli.options import (
     MAX_NUMBER,
     JsonOption,
     RunningOption,
+    deployment_option,
     example,
-    parse_deployment,
 )
 from fairlead_tools.cli.why import choose_decision_log
 from fairlead_tools.demo.demo_run import DemoOptions, check_demo, run_demo
@@ -26,11 +27,8 @@ from fairlead_tools.record.timeline import draw_timeline
 SOURCE = "panda_mobile_sim"
 CopiedOption = Annotated[
     Path | None,
-    typer.Option(
-        "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
-        help="what to copy; default: panda_mobile_sim",
-    ),
-]  # fmt: skip
+    deployment_option("--deployment", "-d", what="what to copy: ", without=SOURCE),
+]
 
 
 @example("fairlead demo --realtime")
@@ -54,7 +52,7 @@ def demo_command(
     wish = DemoOptions(source, out, skill, seed, realtime, not no_video, gif, camera)
     check_demo(wish)
     try:
-        with ProgressLine(quiet=as_json) as line:
+        with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
             result = run_demo(
                 wish,
                 lambda text: None if as_json else line.say(text),
@@ -62,7 +60,7 @@ def demo_command(
             )
     except FairleadError as error:
         raise ServiceError(
-            f"{error}\n  logs: fairlead logs --state-dir {out / 'state'}\n"
+            f"{error}\n  logs: fairlead logs --state-dir {shlex.quote(str(out / 'state'))}\n"
             "  then try again: fairlead demo"
         ) from None
     if as_json:

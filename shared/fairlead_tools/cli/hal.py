@@ -20,9 +20,9 @@ from fairlead.wire.session import ZenohBus
 from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json, print_table
 from fairlead_tools.cli.options import (
     JsonOption,
+    deployment_option,
     example,
     make_group,
-    parse_running_or_file,
 )
 from fairlead_tools.conformance.row import GROUPS
 
@@ -36,15 +36,7 @@ ROBOT_SHARE = 0.1
 
 @example("fairlead hal check so101_mujoco")
 def check_command(
-    target: Annotated[
-        Path | None,
-        typer.Argument(
-            parser=parse_running_or_file,
-            metavar="NAME_OR_FILE",
-            help="whose HAL: as in `fairlead ps`, a name in compose/, or a file; "
-            "without it: the only deployment that runs here",
-        ),
-    ] = None,
+    target: Annotated[Path | None, deployment_option(what="whose HAL: ")] = None,
     share: Annotated[
         float | None,
         typer.Option(min=0.01, max=1.0, help="of full scale; default 0.3, of a real robot 0.1"),

@@ -23,8 +23,8 @@ from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c
 from fairlead_tools.cli.options import (
     DeploymentOption,
     choose_deployment,
+    deployment_option,
     example,
-    parse_running_or_file,
 )
 from fairlead_tools.teleop.device import InputDevice
 from fairlead_tools.teleop.drive import Drive, make_drive
@@ -40,10 +40,8 @@ SpeedOption = Annotated[
     float, typer.Option(min=0.02, max=1.0, help="share of the full speed by hand")
 ]
 LongDeploymentOption = Annotated[  # no -d: it would take the end of -10deg
-    Path | None,
-    typer.Option("--deployment", parser=parse_running_or_file, metavar="NAME_OR_FILE",
-                 help="as of the other commands"),
-]  # fmt: skip
+    Path | None, deployment_option("--deployment")
+]
 _AMOUNT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)$", re.I)
 _UNITS = {"m": {"": 1.0, "m": 1.0, "mm": 1e-3, "cm": 1e-2},
           "rad": {"": 1.0, "rad": 1.0, "deg": np.pi / 180}}  # fmt: skip

@@ -27,9 +27,9 @@ from fairlead_tools.cli.options import (
     JsonOption,
     SkillArgument,
     complete_skill,
+    deployment_option,
     example,
     make_group,
-    parse_deployment,
 )
 from fairlead_tools.cli.skill import installed_skill
 
@@ -61,7 +61,8 @@ def record_command(
     noise: Annotated[
         float,
         typer.Option(
-            min=0.0, max=1.0,
+            min=0.0,
+            max=1.0,
             help="added to the rows: in each episode up to this standard deviation, of full scale",
         ),
     ] = 0.0,
@@ -82,12 +83,11 @@ def record_command(
     ] = False,
     deployment: Annotated[
         Path | None,
-        typer.Option(
-            "--deployment", "-d", parser=parse_deployment, metavar="NAME_OR_FILE",
-            help="whose robot and simulator; default: panda_mobile_sim",
+        deployment_option(
+            "--deployment", "-d", what="whose robot and simulator: ", without="panda_mobile_sim"
         ),
     ] = None,
-) -> None:  # fmt: skip
+) -> None:
     """Record SKILL in simulated episodes: states, rows, what acted, success.
 
     In one process no gate judges; what it would refuse is recorded too. With --deployed it does,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import sys
 import warnings
 
@@ -22,6 +23,7 @@ INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
 def main() -> None:
     """Entry point of the ``fairlead`` command."""
     as_json = "--json" in sys.argv[1:]
+    _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # what a terminal has no letter for is spelled out
             stream.reconfigure(errors="backslashreplace")
@@ -48,6 +50,14 @@ def main() -> None:
             _end_json("OSError", said, "", 1)
         forget_output()
         _end(f"ERROR {said}", 1)
+
+
+def _open_closed_streams() -> None:
+    """Where the caller closed one, nothing reads or is written; no socket gets its number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            nothing = os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
+            setattr(sys, name, os.fdopen(nothing, mode, encoding="utf-8"))
 
 
 def _check_letters(as_json: bool) -> None:

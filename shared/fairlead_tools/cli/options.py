@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -17,7 +17,9 @@ from fairlead.operate.connection import choose_file, file_of, nothing_runs
 from fairlead.paths import deployment_names, deployment_path, robot_ids
 from fairlead.skill.manifest import skill_ids
 
-EXIT_CODES = "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line, 130 Ctrl-C."
+EXIT_CODES = (
+    "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line, 130 broken off by Ctrl-C."
+)
 
 
 Command = Callable[..., None]
@@ -106,21 +108,31 @@ def _complete_deployment(incomplete: str) -> list[str]:
     return [name for name in deployment_names() if name.startswith(incomplete)]
 
 
-DeploymentOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--deployment",
-        "-d",
+_ONLY_ONE = "the only one that runs here"
+
+
+def deployment_option(*names: str, what: str = "", without: str = _ONLY_ONE) -> Any:
+    """Which deployment: an option with these ``names``, or an argument.
+
+    Args:
+        what: what the command does with it.
+        without: which it is where none is named.
+    """
+    parameter = typer.Option if names else typer.Argument
+    which = "as in `fairlead ps`, a name in compose/, or a file"
+    return parameter(
+        *names,
         parser=parse_running_or_file,
         metavar="NAME_OR_FILE",
-        help="as in `fairlead ps`, a name in compose/, or a file; "
-        "without it: the only deployment that runs on this machine",
+        help=f"{what}{which}; without it: {without}",
         autocompletion=lambda incomplete: [
             *_complete_running(incomplete),
             *_complete_deployment(incomplete),
         ],
-    ),
-]
+    )
+
+
+DeploymentOption = Annotated[Path | None, deployment_option("--deployment", "-d")]
 DeploymentArgument = Annotated[
     Path,
     typer.Argument(
@@ -139,7 +151,7 @@ DeploymentsArgument = Annotated[
         autocompletion=_complete_deployment,
     ),
 ]
-_RUNNING_HELP = "as in `fairlead ps`, or its file; may be left out if only one runs here"
+_RUNNING_HELP = f"as in `fairlead ps`, or its file; without it: {_ONLY_ONE}"
 RunningArgument = Annotated[
     str | None,
     typer.Argument(metavar="NAME_OR_FILE", help=_RUNNING_HELP, autocompletion=_complete_running),

@@ -14,7 +14,7 @@ from fairlead.errors import ConfigError
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import deployment_path
 from fairlead.skill.manifest import SkillManifest, load_skill
-from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
+from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json, print_table
 from fairlead_tools.cli.demo import SOURCE, CopiedOption
 from fairlead_tools.cli.options import MAX_NUMBER, JsonOption, example
 from fairlead_tools.cli.skill import installed_skill
@@ -74,7 +74,7 @@ def parity_command(
     if random_scale is not None:
         deployed = random_episodes(loaded, manifest, random_scale, seeds, ticks)
     else:
-        with ProgressLine(quiet=as_json) as line:
+        with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
             deployed = deployed_episodes(
                 source, wish, seeds, out / "state", lambda now: line.show(now.line())
             )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Annotated
 
@@ -177,12 +177,11 @@ def logs_command(
             print_json(newest)
             return
         _print(newest)
-        with suppress(KeyboardInterrupt):
-            while follow:
-                time.sleep(FOLLOW_S)
-                if service is None:
-                    read(sorted(_names_of_logs(folder)))
-                _print({one: reader.more() for one, reader in readers.items()})
+        while follow:
+            time.sleep(FOLLOW_S)
+            if service is None:
+                read(sorted(_names_of_logs(folder)))
+            _print({one: reader.more() for one, reader in readers.items()})
 
 
 def _names_of_logs(folder: Path) -> set[str]:

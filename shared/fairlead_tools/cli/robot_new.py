@@ -24,9 +24,8 @@ from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, pri
 from fairlead_tools.cli.options import (
     JsonOption,
     RobotArgument,
+    deployment_option,
     example,
-    parse_deployment,
-    parse_running_or_file,
 )
 from fairlead_tools.cli.running_deployments import running_file
 
@@ -89,12 +88,11 @@ def check_command(
     robot: RobotArgument,
     deployment: Annotated[
         Path | None,
-        typer.Option(
+        deployment_option(
             "--deployment",
             "-d",
-            parser=parse_running_or_file,
-            metavar="NAME_OR_FILE",
-            help="whose HAL to compare with; else the one that runs on this machine, if any",
+            what="whose HAL to compare with: ",
+            without="the one that runs here, if any",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -154,13 +152,12 @@ def measure_command(
     robot: RobotArgument,
     deployment: Annotated[
         Path | None,
-        typer.Option(
+        deployment_option(
             "--deployment",
             "-d",
-            parser=parse_deployment,
-            metavar="NAME_OR_FILE",
-            help="whose HAL to drive; default: with --running the one that is up, else ROBOT.yaml "
-            "here, else the robot's first in lockstep",
+            what="whose HAL to drive: ",
+            without="with --running the one that runs here, else ROBOT.yaml here, else the robot's "
+            "first in lockstep",
         ),
     ] = None,
     random: Annotated[

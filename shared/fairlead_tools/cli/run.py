@@ -231,7 +231,7 @@ def _run(
     hand_over_to = "" if then is None else then.runner
     goal = client.run(**dataclasses.asdict(wish) | {"hand_over_to": hand_over_to})
     try:
-        with ProgressLine(quiet=told is not None) as line, goal:
+        with goal, ProgressLine(quiet=told is not None) as line:
             if then is not None:
                 load_meanwhile(client, then.skill, then.runner)
             for progress in goal:

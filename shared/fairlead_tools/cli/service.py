@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import shlex
 import sys
 import time
 from collections.abc import Sequence
@@ -173,7 +174,7 @@ def _supervised_process(entry: Running, service: str) -> ProcessId:
         who = f"pid {found.running.pid}" if found.running else "its process is gone"
         raise ServiceError(
             f"{service}: `fairlead up` does not run it ({who}), so nobody would start it again; "
-            f"end it, then: fairlead service {entry.deployment} {service}"
+            f"end it, then: fairlead service {shlex.quote(entry.deployment)} {service}"
         )
     if found.running is None:
         raise ServiceError(f"{service}: is being started already; see: fairlead ps")

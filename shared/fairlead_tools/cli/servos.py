@@ -54,7 +54,6 @@ def calibrate_command(
     is_leader = arm == "leader"
     name = name or ("so101_leader" if is_leader else "so101")
     robot = load_robot("so101")
-    echo("the arm goes limp: hold it")
     path = calibrate(robot, port, name, echo, _pressed, "leader" if is_leader else "follower")
     used = f"--calibration {name}" if is_leader else f"in the deployment file: calibration: {name}"
     echo(f"wrote {path} and the servos; {used}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,9 +32,9 @@ from fairlead_tools.cli.options import (
     RobotOption,
     SkillArgument,
     complete_robot,
+    deployment_option,
     example,
     make_group,
-    parse_deployment,
 )
 from fairlead_tools.cli.running_deployments import running_robot
 from fairlead_tools.skills.checkpoint_stats import (
@@ -68,7 +69,7 @@ def installed_skill(wanted: str) -> str:
         if target.exists():
             raise ConfigError(
                 f"skill {skill.id}: another one is installed in {target}; replace it by this one "
-                f"with: fairlead skill install --link --force {wanted}"
+                f"with: fairlead skill install --link --force {shlex.quote(wanted)}"
             )
         install_skill(folder, found=policy_problems(skill, folder), link=True)
         echo(f"linked {target} -> {folder.resolve()}", err=True)
@@ -144,12 +145,11 @@ def check_command(
     ] = "",
     deployment: Annotated[
         Path | None,
-        typer.Option(
+        deployment_option(
             "--deployment",
             "-d",
-            parser=parse_deployment,
-            metavar="NAME_OR_FILE",
-            help="also compare with the robot that runs here: ranges, part order, cameras",
+            what="also compare ranges, part order and cameras with a robot that runs: ",
+            without="with none",
         ),
     ] = None,
     stats: Annotated[
@@ -202,7 +202,7 @@ def _compare(skill: SkillManifest, stats: Path, embodiment: str) -> dict[str, An
 def _print(skill: str, robot: str, problems: list[str], folder: Path) -> None:
     if problems:
         echo(f"{skill} cannot run on {robot}:\n  " + "\n  ".join(problems))
-        echo(f"fix {folder / 'rskill.yaml'}, then: fairlead skill check {skill}")
+        echo(f"fix {folder / 'rskill.yaml'}, then: fairlead skill check {shlex.quote(skill)}")
     else:
         echo(f"{skill} may run on {robot}")
 

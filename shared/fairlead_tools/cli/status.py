@@ -6,10 +6,9 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import msgspec
 import typer
@@ -25,7 +24,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.robot.safety_profile import outside_limits
 from fairlead.wire.gate_checks import CHECKS
 from fairlead.wire.printable import printable
-from fairlead_tools.cli.console import echo, hex_id, print_json
+from fairlead_tools.cli.console import echo, has_cursor, hex_id, print_json
 from fairlead_tools.cli.options import DeploymentOption, JsonOption, example, naming
 from fairlead_tools.cli.running_deployments import entries_of, starting_services
 
@@ -64,7 +63,6 @@ def status_command(
         seen = _look(client, file)
         if again:
             watch(lambda: _lines(_look(client, file, patiently=False), file))
-            return
     if as_json:
         print_json(_document(seen))
     else:
@@ -265,12 +263,11 @@ AGAIN_S = 1.0
 _CLEAR = "\x1b[H\x1b[J"  # to the top left corner; nothing below
 
 
-def watch(look: Callable[[], list[str]]) -> None:
+def watch(look: Callable[[], list[str]]) -> NoReturn:
     """Print the lines that ``look`` finds, every second until Ctrl-C, each time with the time."""
-    with suppress(KeyboardInterrupt):
-        while True:
-            lines = look()
-            if sys.stdout.isatty():
-                sys.stdout.write(_CLEAR)
-            echo("\n".join([utc_stamp(time.time()), *lines]))
-            time.sleep(AGAIN_S)
+    while True:
+        lines = look()
+        if has_cursor(sys.stdout):
+            sys.stdout.write(_CLEAR)
+        echo("\n".join([utc_stamp(time.time()), *lines]))
+        time.sleep(AGAIN_S)

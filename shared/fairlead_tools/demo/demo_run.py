@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import tempfile
 import time
 from collections import Counter
@@ -176,7 +177,7 @@ def _write(
     written = [timeline]
     written += _videos(wish, run, log, robot)
     if wish.video and not run.recording.images:
-        logs = f"fairlead logs hal --state-dir {wish.out / STATE}"
+        logs = f"fairlead logs hal --state-dir {shlex.quote(str(wish.out / STATE))}"
         summary["video"] = f"no picture arrived; why is in: {logs}"
     (wish.out / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return (*written, wish.out / SUMMARY)

@@ -13,6 +13,7 @@ from fairlead.policy import Policy, ServerAddress
 from fairlead.robot.manifest import RobotManifest
 from fairlead.skill.deltas import NOW
 from fairlead.skill.manifest import SkillManifest, find_backend, of_options
+from fairlead_skill_runner.policies.probe import ask_once
 
 PlannerMaker = Callable[[SkillManifest, Mapping[str, JsonValue], RobotManifest, str], Policy]
 """``for_robot`` of a `fairlead.policy.PolicyOfRobot`."""
@@ -46,6 +47,7 @@ def make_policy(
     Raises:
         ConfigError: for options that do not fit, a seam that the policy makes itself, and earlier
             states that it does not read.
+        PolicyError: it answers a probe with no rows of the skill's.
     """
     found = policy_class(plugin)
     _check_states(found, skill, plugin.name, nowhere)
@@ -61,6 +63,8 @@ def make_policy(
     if skill.seam is not None and getattr(policy, "continues_rows", False):
         who, wanted = f"skill {skill.id}: seam", "none, for the policy continues the rows itself"
         raise ConfigError(expected(who, wanted, f"blend_ticks: {skill.seam.blend_ticks}"))
+    if not plugin.ships and getattr(found, "probe", True):
+        ask_once(plugin.who, policy, skill, "probe = False in its class")
     return policy
 
 

@@ -10,13 +10,12 @@ from types import ModuleType
 
 from pydantic import JsonValue
 
-from fairlead.errors import ConfigError, PolicyError, expected
+from fairlead.errors import ConfigError, expected
 from fairlead.paths import rskill_dir
-from fairlead.policy import Done, Failed, Policy
+from fairlead.policy import Policy
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.python_policy import python_policy_options
-from fairlead_skill_runner.action_rows import policy_rows
-from fairlead_skill_runner.policies.remote.served_policy import warm_up_observation
+from fairlead_skill_runner.policies.probe import ask_once
 
 
 class PythonFilePolicy:
@@ -46,24 +45,8 @@ class PythonFilePolicy:
         build: type[Policy] = found
         policy = build.from_options(skill, wanted.options)
         if wanted.probe:
-            _probe(f"python policy: {path}", policy, skill)
+            ask_once(f"python policy: {path}", policy, skill, "policy.options: probe: false")
         return policy
-
-
-def _probe(who: str, policy: Policy, skill: SkillManifest) -> None:
-    """An episode of one question, of which the policy then knows nothing."""
-    try:
-        policy.reset()
-        answer = policy.infer(warm_up_observation(skill))
-        if not isinstance(answer, Done | Failed):
-            policy_rows(answer, skill.action_contract.dim, skill.horizon)
-        policy.reset()
-    except (Exception, SystemExit) as error:
-        said = str(error) if isinstance(error, PolicyError) else f"{type(error).__name__}: {error}"
-        raise PolicyError(
-            f"{who}: asked with a probe observation: {said}\n"
-            "  for a policy that cannot be asked before its goal: policy.options: probe: false"
-        ) from error
 
 
 def _run_file(path: Path) -> ModuleType:
