@@ -16,14 +16,12 @@ from typing import Any, TypeVar
 
 from fairlead.deploy.access_warnings import warn_daily
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.deploy.hosts import anothers_ports
 from fairlead.deploy.peer_watch import watch_peers
 from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_service, watch_router
 from fairlead.deploy.service_manager import Pulse, say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
-from fairlead.errors import ConfigError, FairleadError, each_error
+from fairlead.errors import FairleadError, each_error
 from fairlead.log_stamp import stamped
-from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.on_loop import QueryTasks
 from fairlead.wire.printable import LineFormatter
@@ -107,23 +105,12 @@ async def _watch_links(
         tasks.create_task(watch_peers(bus, deployment, service, log))
 
 
-def _endpoints(deployment: Deployment, service: str) -> Endpoints:
-    """A service's; raises `ConfigError` where it would prove its name to another user's process."""
-    if deployment.router is None and not deployment.open_access:
-        dialled = {
-            one: deployment.services[one].listen for one in deployment.parties.before(service)
-        }
-        for text in anothers_ports(dialled).values():
-            raise ConfigError(text)
-    return deployment.endpoints(service)
-
-
 async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
     signals = StopSignals(who)
     bus: ZenohBus | None = None
     try:
         deployment = load_deployment(arguments.deployment)
-        endpoints, log = _endpoints(deployment, arguments.service), logging.getLogger(who)
+        endpoints, log = deployment.endpoints(arguments.service), logging.getLogger(who)
         arguments.state_dir.mkdir(parents=True, exist_ok=True)
         bus = await open_with_logging(endpoints, log)
         pulse = Pulse()

@@ -26,6 +26,6 @@ def test_it_names_those_that_do_not_know_its_password(tmp_path: Path) -> None:
             for name in ("hal", "safety", "state_assembler"):
                 assert_says(
                     second,
-                    f"WARNING fairlead-skill-runner: {name} runs and gives second no link, as who "
-                    f"was started without its password: fairlead restart {name}",
+                    f"WARNING fairlead-skill-runner: {name} gives second no link: what listens "
+                    "there hangs, is another program, or was started before second was in the file",
                 )

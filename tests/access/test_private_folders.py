@@ -76,4 +76,7 @@ def test_a_stop_that_they_keep_from_being_sent_says_what_ends_its_services(
     done = fairlead_here("stop", state=tmp_path)
     assert done.returncode == 1
     assert f"NOT STOPPED: access: {passwords}: expected mode 600 of this user" in done.stderr
-    assert done.stderr.endswith("; without a stop: fairlead down panda_mobile ends its services\n")
+    assert done.stderr.endswith(
+        "; if no stop gets through: fairlead down panda_mobile ends its services, and the robot "
+        "holds\n"
+    )

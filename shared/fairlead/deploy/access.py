@@ -253,7 +253,8 @@ def session_access(parties: Parties, own: str, secrets: Secrets) -> dict[str, An
         "dictionary_file": str(secrets.file),
     }
     control = access_control(subjects)
-    access: dict[str, Any] = {"transport": {"auth": {"usrpwd": proof}}, "access_control": control}
+    transport = {"auth": {"usrpwd": proof}, "unicast": {"max_links": 1}}
+    access: dict[str, Any] = {"transport": transport, "access_control": control}
     return access | ({"id": secrets.session_id(own)} if own in parties.services else {})
 
 

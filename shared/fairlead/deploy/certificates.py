@@ -154,8 +154,9 @@ def _trusted(file: Path) -> list[x509.Certificate]:
     try:
         return x509.load_pem_x509_certificates(file.read_bytes())
     except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
         raise ConfigError(
-            f"certificates {file}: cannot be read: {error}; copy the folder again; if it is the "
+            f"certificates {file}: cannot be read: {why}; copy the folder again; if it is the "
             "same where it was made: fairlead certs new"
         ) from None
 

@@ -119,10 +119,10 @@ def check_private(path: Path, remedy: str) -> None:
     """
     root = user_access_dir()
     status = root.stat()
-    if status.st_uid not in (0, os.geteuid()) or status.st_mode & 0o002:
+    if status.st_uid not in (0, os.geteuid()) or status.st_mode & 0o022:
         raise ConfigError(
-            f"access: {root}: others can write there; make it uid {os.geteuid()}'s own (chmod o-w, "
-            f"chown), or {access_variable()} names another folder"
+            f"access: {root}: others can write there; make it uid {os.geteuid()}'s own (chown, "
+            f"chmod go-w), or {access_variable()} names another folder"
         )
     status = path.stat()
     if status.st_uid != os.geteuid() or status.st_mode & 0o077:

@@ -21,6 +21,7 @@ from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.hosts import (
     ROUTER,
     RouterSpec,
+    anothers_ports,
     endpoint_of,
     host_problems,
     long_names,
@@ -172,15 +173,18 @@ class Deployment(BaseModel):
 
         Raises:
             ConfigError: there is no such service; its password cannot be read or made; it has no
-                certificate that can be used.
+                certificate that can be used; it would prove its name to another user's process.
         """
         spec = self.services.get(service)
         if spec is None:
             raise ConfigError(expected("deployment", "a service", repr(service), self.services))
         if self.router is not None:
             return self.tool_endpoints(service)
-        before = [self.services[name].listen for name in self.parties.before(service)]
-        return Endpoints(listen=[spec.listen], connect=before, access=self._access(service))
+        before = {name: self.services[name].listen for name in self.parties.before(service)}
+        for text in {} if self.open_access else anothers_ports(before).values():
+            raise ConfigError(f"{service}: {text}")
+        connect = list(before.values())
+        return Endpoints(listen=[spec.listen], connect=connect, access=self._access(service))
 
     def tool_endpoints(self, party: str = OPERATOR) -> Endpoints:
         """Endpoints of what listens nowhere and connects to every service.

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from fairlead.deploy.process_table import anothers_of
+from fairlead.deploy.process_table import Place, is_trusted_at
 from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.errors import expected
 
@@ -144,13 +144,13 @@ def anothers_ports(listens: Mapping[str, str]) -> dict[str, str]:
     Returns:
         what to say of each, by its name.
     """
-    ports = {name: int(listen.rpartition(":")[2]) for name, listen in listens.items()}
-    taken = anothers_of(ports.values())
+    places = {name: place_at(listen) for name, listen in listens.items()}
+    trusted = is_trusted_at(places.values())
     return {
-        name: f"{name}: another user listens on its port {port} and could act in the name of "
+        name: f"{name}: another user listens on its port {place[1]} and could act in the name of "
         f"whoever connects there; end that process, or give {name} another port"
-        for name, port in ports.items()
-        if port in taken
+        for name, place in places.items()
+        if not trusted.get(place, True)
     }
 
 
@@ -162,9 +162,15 @@ def without_anothers(listens: Mapping[str, str]) -> list[str]:
     return [listen for name, listen in listens.items() if name not in found]
 
 
+def place_at(endpoint: str) -> Place:
+    """Address and port of an endpoint."""
+    address, _, port = endpoint.partition("/")[2].rpartition(":")
+    return address.strip("[]"), int(port)
+
+
 def _is_loopback(endpoint: str) -> bool:
-    address = endpoint.partition("/")[2].rpartition(":")[0].strip("[]")
+    address, _ = place_at(endpoint)
     try:
         return ipaddress.ip_address(address).is_loopback
     except ValueError:  # a name
-        return address == "localhost"
+        return address.lower() == "localhost"

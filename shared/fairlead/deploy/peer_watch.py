@@ -7,7 +7,8 @@ import logging
 
 from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.deployment import Deployment
-from fairlead.deploy.process_table import anothers_of, is_listening
+from fairlead.deploy.hosts import place_at
+from fairlead.deploy.process_table import is_trusted_at
 from fairlead.wire.session import ZenohBus
 
 CHECK_S = 2.0
@@ -22,16 +23,18 @@ async def watch_peers(
     """
     secrets = find_secrets(deployment.keys, deployment.parties.names)
     left, listened = set(deployment.parties.before(service)), set[str]()
-    while left:
+    while True:
         await asyncio.sleep(CHECK_S)
         left -= {name for name in left if secrets.session_id(name) in bus.peers}
-        ports = {name: int(deployment.services[name].listen.rpartition(":")[2]) for name in left}
-        foreign = anothers_of(ports.values())
-        here = {name for name, port in ports.items() if port not in foreign and is_listening(port)}
+        if not left:
+            return
+        places = {name: place_at(deployment.services[name].listen) for name in left}
+        trusted = await asyncio.to_thread(is_trusted_at, places.values())
+        here = {name for name, place in places.items() if trusted.get(place, False)}
         for name in sorted(here & listened):
             log.warning(
-                "%s runs and gives %s no link, as who was started without its password: "
-                "fairlead restart %s", name, service, name,
+                "%s gives %s no link: what listens there hangs, is another program, or was started "
+                "before %s was in the file; see: fairlead ps", name, service, service,
             )  # fmt: skip
         left -= here & listened
         listened = here

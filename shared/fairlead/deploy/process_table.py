@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from ipaddress import IPv4Address, IPv6Address, ip_address
 from pathlib import Path
+
+Place = tuple[str, int]
+"""An address of this host and a TCP port."""
 
 _LISTEN = "0A"  # TCP_LISTEN in /proc/net/tcp
 _STARTED_FIELD = 19  # field 22 of /proc/PID/stat, counted after the command's bracket
@@ -77,19 +82,27 @@ def group_members(group: int) -> list[int]:
 
 def is_listening(port: int) -> bool:
     """Whether any process on this host listens on a TCP port."""
-    return any(found == port for found, _, _ in _listeners())
+    return any(one.port == port for one in _listeners())
 
 
-def anothers_of(ports: Collection[int]) -> set[int]:
-    """Those TCP ports of this host on which only other users' processes listen; root is trusted."""
-    found = [(port, user) for port, user, _ in _listeners() if port in ports]
-    trusted = {port for port, user in found if user in (0, os.geteuid())}
-    return {port for port, _ in found} - trusted
+def is_trusted_at(places: Collection[Place]) -> dict[Place, bool]:
+    """Of TCP places of this host, those where somebody listens: whether root or this user does.
+
+    Whoever listens at the address itself is reached before who listens at every address.
+    """
+    listeners, found = list(_listeners()), {}
+    for address, port in places:
+        at = [one for one in listeners if one.port == port]
+        exact = [one for one in at if one.address in _addresses(address)]
+        users = {one.user for one in exact or (one for one in at if one.address.is_unspecified)}
+        if users:
+            found[address, port] = users <= {0, os.geteuid()}
+    return found
 
 
 def listener_of(port: int) -> int | None:
     """Who listens on a TCP port; None if nobody does or the owner is another user."""
-    wanted = {f"socket:[{inode}]" for found, _, inode in _listeners() if found == port}
+    wanted = {f"socket:[{one.inode}]" for one in _listeners() if one.port == port}
     if not wanted:
         return None
     for entry in Path("/proc").iterdir():
@@ -98,14 +111,40 @@ def listener_of(port: int) -> int | None:
     return None
 
 
-def _listeners() -> Iterator[tuple[int, int, str]]:
-    """Port, user and inode of each socket that listens."""
+@dataclass(frozen=True)
+class _Listener:
+    address: IPv4Address | IPv6Address
+    port: int
+    user: int
+    inode: str
+
+
+def _listeners() -> Iterator[_Listener]:
+    """Each socket that listens."""
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         with suppress(OSError), Path(table).open(encoding="ascii") as rows:  # or without IPv6
             for row in rows:
                 fields = row.split()
                 if fields[3] == _LISTEN:
-                    yield int(fields[1].rsplit(":", 1)[1], 16), int(fields[7]), fields[9]
+                    address, port = fields[1].split(":")
+                    yield _Listener(_address(address), int(port, 16), int(fields[7]), fields[9])
+
+
+def _address(words: str) -> IPv4Address | IPv6Address:
+    """From the kernel's hexadecimal words of 32 bits, each as this machine has it in memory."""
+    raw = b"".join(
+        int(words[at : at + 8], 16).to_bytes(4, sys.byteorder) for at in range(0, len(words), 8)
+    )
+    found = ip_address(raw)
+    return getattr(found, "ipv4_mapped", None) or found
+
+
+def _addresses(host: str) -> set[IPv4Address | IPv6Address]:
+    """What a host's name stands for here; of names there is only that of this host."""
+    try:
+        return {ip_address(host)}
+    except ValueError:
+        return {ip_address("127.0.0.1"), ip_address("::1")}
 
 
 def _open_files(process: Path) -> set[str]:

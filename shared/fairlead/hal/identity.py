@@ -203,7 +203,8 @@ def hold_robot(service: str, keys: Keys) -> socket.socket:
             if user != os.getuid():
                 raise ConfigError(
                     f"{service}: robot {keys.robot} cannot be held for this process: process "
-                    f"{process} of another user (uid {user}) has taken its name; end that one"
+                    f"{process} of another user (uid {user}) has taken its name; ask its owner, or "
+                    "give this robot another `id`"
                 ) from None
             raise _second_hal(service, keys, f"process {process}") from None
         raise ConfigError(

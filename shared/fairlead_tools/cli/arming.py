@@ -158,7 +158,7 @@ def _way_to_hold(file: Path) -> str:
     """What needs no link to the robot, where it runs on this machine."""
     here = [one.name for one in Registry().entries() if one.deployment == str(file.absolute())]
     ends = ", ".join(f"fairlead down {name}" for name in here)
-    return f"; without a stop: {ends} ends its services" * bool(here)
+    return f"; if no stop gets through: {ends} ends its services, and the robot holds" * bool(here)
 
 
 def _load_as_started(kept: Path, file: Path) -> Deployment:

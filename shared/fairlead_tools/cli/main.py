@@ -57,6 +57,7 @@ def _open_closed_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             nothing = os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
+            os.set_inheritable(nothing, True)  # for a service that takes this process over
             setattr(sys, name, os.fdopen(nothing, mode, encoding="utf-8"))
 
 

@@ -18,7 +18,7 @@ from fairlead.paths import deployment_names, deployment_path, robot_ids
 from fairlead.skill.manifest import skill_ids
 
 EXIT_CODES = (
-    "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line, 130 broken off by Ctrl-C."
+    "Exit codes: 0 it worked, 1 refused or failed, 2 wrong command line, 130 interrupted (Ctrl-C)."
 )
 
 

@@ -1,4 +1,7 @@
 // fairlead-safety: reads its configuration, opens its session, and hands every event to the core.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <csignal>
 #include <ctime>
 #include <iostream>
@@ -37,6 +40,14 @@ sigset_t block_stop_signals() {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is a failed write, no more
   return signals;
+}
+
+// Where the caller closed a standard stream, nothing else gets its number: lines of the log would
+// go there.
+void open_closed_streams() {
+  int opened = 0;
+  while (opened >= 0 && opened <= STDERR_FILENO) opened = ::open("/dev/null", O_RDWR);
+  if (opened > STDERR_FILENO) ::close(opened);
 }
 
 const char* name_of(int signal) { return signal == SIGTERM ? "SIGTERM" : "SIGINT"; }
@@ -143,6 +154,7 @@ int report(const std::exception& error, int status) {
 }  // namespace
 
 int main(int count, char** words) {
+  open_closed_streams();
   try {
     const std::vector<std::string> given(words + 1, words + count);
     if (given.size() == 2 && given[0] == "check") return check_command(given[1]);
