@@ -27,5 +27,6 @@ def test_it_names_those_that_do_not_know_its_password(tmp_path: Path) -> None:
                 assert_says(
                     second,
                     f"WARNING fairlead-skill-runner: {name} gives second no link: what listens "
-                    "there hangs, is another program, or was started before second was in the file",
+                    "there hangs, is another program, or was started before second was in the "
+                    "file; see: fairlead ps",
                 )

@@ -174,8 +174,8 @@ def test_another_user_who_has_taken_the_name_is_no_hal_and_is_named() -> None:
         assert other.stdout is not None and other.stdout.readline() == b"taken\n"
         said = (
             f"^hal: robot {KEYS.robot} cannot be held for this process: process {other.pid} of "
-            "another user .uid 65534. has taken its name; ask its owner, or give this robot another "
-            "`id`$"
+            "another user .uid 65534. has taken its name; ask its owner, or give this robot "
+            "another `id`$"
         )
         with pytest.raises(ConfigError, match=said):
             hold_robot("hal", KEYS)

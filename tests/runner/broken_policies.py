@@ -21,6 +21,8 @@ from fairlead_skill_runner.policy_wire import HEADER, Answer, Ended, encode
 class Misbehaving:
     """Returns eight good rows unless a subclass does worse."""
 
+    probe = False
+
     def __init__(self, skill: SkillManifest) -> None:
         self.rows = np.zeros((skill.horizon, skill.action_contract.dim), dtype=np.float32)
         self.resets = 0

@@ -53,8 +53,10 @@ def campaign(robot: str, config: Path | None = None) -> KinematicCampaign:
 
 @pytest.mark.processes
 def test_two_arms_stay_clear_of_each_other() -> None:
-    found = campaign("dual_panda").run(120, silent)
-    assert found.rows > 200
+    two_arms = campaign("dual_panda")
+    found = two_arms.run(120, silent)
+    assert found.rows > 200 and found.by_kind["side by side"] > 10
+    assert found.worst["self-collision"] > two_arms.arena.clearance - 1e-3
     assert found.in_realtime > 50 and found.rows - found.in_realtime > 50
     assert not found.breaches, found.told
 

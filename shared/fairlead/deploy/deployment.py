@@ -21,12 +21,12 @@ from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.hosts import (
     ROUTER,
     RouterSpec,
-    anothers_ports,
     endpoint_of,
     host_problems,
     long_names,
     people_problems,
     place_of,
+    require_no_others,
     service_problems,
     without_anothers,
 )
@@ -172,8 +172,7 @@ class Deployment(BaseModel):
         """Endpoints of one named service.
 
         Raises:
-            ConfigError: there is no such service; its password cannot be read or made; it has no
-                certificate that can be used; it would prove its name to another user's process.
+            ConfigError: no such service, password or certificate; others have a place it dials.
         """
         spec = self.services.get(service)
         if spec is None:
@@ -181,10 +180,9 @@ class Deployment(BaseModel):
         if self.router is not None:
             return self.tool_endpoints(service)
         before = {name: self.services[name].listen for name in self.parties.before(service)}
-        for text in {} if self.open_access else anothers_ports(before).values():
-            raise ConfigError(f"{service}: {text}")
-        connect = list(before.values())
-        return Endpoints(listen=[spec.listen], connect=connect, access=self._access(service))
+        if not self.open_access:
+            require_no_others(service, before)
+        return Endpoints([spec.listen], list(before.values()), access=self._access(service))
 
     def tool_endpoints(self, party: str = OPERATOR) -> Endpoints:
         """Endpoints of what listens nowhere and connects to every service.
@@ -193,8 +191,7 @@ class Deployment(BaseModel):
             party: who it is: a tool, the localiser, or a service in whose place it stands.
 
         Raises:
-            ConfigError: there is no such party; its password cannot be read or made; it has no
-                certificate that can be used.
+            ConfigError: there is no such party, password or certificate that can be used.
         """
         if self.router is not None:
             return Endpoints(
@@ -204,8 +201,8 @@ class Deployment(BaseModel):
                 access=self._access(party),
             )
         others = {name: spec.listen for name, spec in self.services.items() if name != party}
-        dialled = list(others.values()) if self.open_access else without_anothers(others)
-        return Endpoints(connect=dialled, access=self._access(party))
+        connect = [*others.values()] if self.open_access else without_anothers(others)
+        return Endpoints(connect=connect, access=self._access(party))
 
     def _access(self, party: str) -> dict[str, Any]:
         if self.open_access:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from fairlead.deploy.process_table import Place, is_trusted_at
 from fairlead.deploy.service_spec import ServiceSpec
-from fairlead.errors import expected
+from fairlead.errors import ConfigError, expected
 
 ROUTER = "router"
 """The router's name beside the services, in logs and in lists of processes."""
@@ -160,6 +160,12 @@ def without_anothers(listens: Mapping[str, str]) -> list[str]:
     for text in found.values():
         _LOG.warning("not connected: %s", text)
     return [listen for name, listen in listens.items() if name not in found]
+
+
+def require_no_others(who: str, listens: Mapping[str, str]) -> None:
+    """Raises `ConfigError` where somebody of that name would dial one of `anothers_ports`."""
+    for text in anothers_ports(listens).values():
+        raise ConfigError(f"{who}: {text}")
 
 
 def place_at(endpoint: str) -> Place:

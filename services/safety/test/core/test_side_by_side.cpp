@@ -255,10 +255,10 @@ TEST_CASE("realtime: rows of a claim that has ended are not judged again, wherev
       if (ended) rig.send(EventKind::release, Release{"runner", rig.sledge_claim});
       rig.positions[base_x] = 0.3;  // pushed to the side, towards the pillar
       rig.advance(0.05, Acted{0, rig.sledge, 1}, Acted{0, rig.tool, 1});
-      bool is_commanded = false;
+      bool is_answered = false;
       for (const Verdict& verdict : rig.verdicts())
-        is_commanded |= verdict.claim_id == rig.sledge_claim;
-      CHECK(is_commanded == !ended);
+        is_answered |= verdict.claim_id == rig.sledge_claim;
+      CHECK(is_answered == !ended);
     }
   }
 }

@@ -69,8 +69,7 @@ Evidence TrajectoryCheck::check_next() {
     evidence = check_branch(i);
   if (evidence.ok()) evidence = check_between_shares();
   if (evidence.ok()) evidence = check_other_speeds();
-  shape_check_.note_targets_before(
-      nullptr);  // behind a row, its target is where the next one starts
+  shape_check_.note_targets_before(nullptr);  // a row's target is where the next one starts
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
@@ -254,18 +253,20 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
 // One part may brake while all others stop at once, and these go on when it has.
 Evidence TrajectoryCheck::check_single_stops(const Branch& branch, const Braking& braking,
                                              const Clearance& clearance) {
-  Evidence evidence;
   for (const JointSet joints : model_.part_joints) {
-    if (!braking.has_way(joints) || !braking.has_way(~joints)) continue;
+    const JointSet own = model_.tree_joints & joints, others = model_.tree_joints & ~joints;
+    if (!braking.has_way(own) || !braking.has_way(others)) continue;
     const Braking alone(model_, branch, prediction_.moving() & joints, prediction_.lagging());
-    const DisplacementBound stop(model_, branch.now, alone.end());
-    evidence = certify_to_end(alone, shapes(branch, stop, rest_),
-                              shape_check_.clear_fraction_of(clearance, stop));
+    const DisplacementBound stop(model_, branch.now, alone.end()),
+        rest(model_, alone.end(), braking.end());
+    Evidence evidence = certify_to_end(alone, shapes(branch, stop, rest_),
+                                       shape_check_.clear_fraction_of(clearance, stop));
     if (evidence.ok())
-      evidence = certify_between(branch, {alone.end(), braking.end()}, nullptr, nullptr);
-    if (!evidence.ok()) break;
+      evidence = certify(StraightMotion{alone.end(), braking.end()}, shapes(branch, rest, rest_),
+                         0.0, 0.0);
+    if (!evidence.ok()) return evidence;
   }
-  return evidence;
+  return {};
 }
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
