@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -83,13 +82,10 @@ def test_every_source_of_the_core_has_mutants_of_its_own(name: str) -> None:
 def test_the_core_with_all_mutants_compiles(tmp_path: Path) -> None:
     write(populate(), tmp_path / "src/core")
     folders = (tmp_path / "src", tmp_path / "src/include", SAFETY / "include", SAFETY / "test")
-    command = [*compiler_of(folders), "-fsyntax-only"]
-
-    def check(file: Path) -> str:
-        done = subprocess.run([*command, file], capture_output=True, text=True, check=False)
-        return done.stderr if done.returncode else ""
-
+    # Behind all else that runs: other tests have robots that want to be in time.
+    command = ["nice", "-n", "19", *compiler_of(folders), "-fsyntax-only"]
     files = sorted((tmp_path / "src/core").rglob("*.cpp"))
     assert len(files) > 40
-    with ThreadPoolExecutor(2) as pool:
-        assert [fault for fault in pool.map(check, files) if fault] == []
+    for file in files:
+        done = subprocess.run([*command, file], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
