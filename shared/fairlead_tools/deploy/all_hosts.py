@@ -13,10 +13,11 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from fairlead.deploy.deployment import Deployment
+from fairlead.deploy.hosts import place_at
 from fairlead.deploy.shared_router import check_shared
 from fairlead.errors import ConfigError, ServiceError
 from fairlead_tools.deploy.host_report import HostReport, report_this
-from fairlead_tools.supervisor.this_host import is_own_address, port_of
+from fairlead_tools.supervisor.this_host import is_own_address
 
 ANSWER_S = 60.0
 CLOCK_S = 3600.0
@@ -119,9 +120,10 @@ def peer_problems(deployments: Sequence[Deployment]) -> Iterator[str]:
         if one.keys == other.keys:
             yield f"{one.id} and {other.id} have the same id; each robot needs its own"
         for (name, mine), (theirs, its) in product(one.services.items(), other.services.items()):
-            if port_of(mine.listen) == port_of(its.listen):
+            (_, port), (_, its_port) = place_at(mine.listen), place_at(its.listen)
+            if port == its_port:
                 yield (
-                    f"{one.id} and {other.id} both listen on port {port_of(mine.listen)} "
+                    f"{one.id} and {other.id} both listen on port {port} "
                     f"({name}, {theirs}); give one another port"
                 )
 

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from typing import Any
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.deploy.hosts import ROUTER
+from fairlead.deploy.hosts import ROUTER, place_at
 from fairlead.deploy.process_table import command_of, is_listening, listener_of
 from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError, ServiceError, expected
@@ -85,18 +85,6 @@ def _hint(hosts: dict[str, str]) -> str:
     return f"; this machine has the address of {', '.join(here)}" if here else ""
 
 
-def port_of(endpoint: str) -> int:
-    """The port of an endpoint such as ``tcp/127.0.0.1:7501``.
-
-    Raises:
-        ConfigError: if there is none.
-    """
-    port = endpoint.rpartition(":")[2]
-    if not port.isdigit():
-        raise ConfigError(f"endpoint: expected one like tcp/127.0.0.1:7501, got {endpoint}")
-    return int(port)
-
-
 def check_ports_free(deployment: Deployment, names: Iterable[str]) -> None:
     """Make sure that nobody listens where these processes of a deployment will.
 
@@ -105,8 +93,8 @@ def check_ports_free(deployment: Deployment, names: Iterable[str]) -> None:
     """
     for name in names:
         endpoint = _endpoint(deployment, name)
-        if endpoint and is_listening(port_of(endpoint)):
-            port = port_of(endpoint)
+        port = place_at(endpoint)[1] if endpoint else 0
+        if is_listening(port):
             raise ServiceError(
                 f"{name}: its port {port} is taken by {_owner(port)}; stop that first "
                 f"({_how_to_stop(port)}) or give {name} another port"
