@@ -253,11 +253,11 @@ class KinematicCampaign:
         modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
         told = f"{what}, share {self._shares.share.round(2)}, {modes}"
         drives = self._shares.base_speed()
-        stops = self._rng.integers(0, 2, len(self._robot.parts)).astype(float)
+        stops = self._rng.integers(0, 2, self._robot.n_dof).astype(float)
         for way, place in (
             ("", done.after.positions),
             (", then held", self._shares.stopped(done)),
-            (f", then held, {stops} of it", self._shares.stopped(done, stops)),
+            (f", then held, of each joint {stops}", self._shares.stopped(done, stops)),
         ):
             self._waiting.append((told + way, place, self._shares.told, drives))
 

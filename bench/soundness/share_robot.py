@@ -97,11 +97,14 @@ class ShareRobot:
         """Where it comes to rest if it is told to hold after this tick.
 
         Args:
-            shares: of each part's way; None: all of it.
+            shares: of each joint's way, of a base's first joint for the base; None: all of it.
         """
         end, way = done.after.positions.copy(), self._braking(AT_REST_S)[0]
-        for index, (_, own) in enumerate(self._own):
-            end[own] += way[own] if shares is None else shares[index] * way[own]
+        if shares is not None:
+            shares[self.base] = shares[self.base[:1]]
+            way = shares * way
+        for _, own in self._own:
+            end[own] += way[own]
         return end
 
     def base_speed(self) -> float:

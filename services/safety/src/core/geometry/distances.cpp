@@ -60,7 +60,7 @@ double depth(const Segment& segment, const Box& box) {
 }  // namespace
 
 // The nearest points of the two lines, then moved back to the ends of the segments.
-double segment_distance(const Segment& one, const Segment& other) {
+Eigen::Vector3d segment_gap(const Segment& one, const Segment& other) {
   const Eigen::Vector3d d1 = one.b - one.a;
   const Eigen::Vector3d d2 = other.b - other.a;
   const Eigen::Vector3d from = one.a - other.a;
@@ -72,14 +72,17 @@ double segment_distance(const Segment& one, const Segment& other) {
   if (e > 0.0) t = within_one((b * s + f) / e);
   // For the point found on the other one, the nearest of this one.
   if (a > 0.0) s = within_one((b * t - c) / a);
-  return (from + s * d1 - t * d2).norm();
+  return from + s * d1 - t * d2;
+}
+
+Eigen::Vector3d box_gap(const Segment& segment, const Box& box) {
+  return outside(segment.a + lowest_share(segment, box) * (segment.b - segment.a), box);
 }
 
 double box_distance(const Segment& segment, const Box& box) {
   for (Eigen::Index i = 0; i < 3; ++i)
     if (!(box.lower[i] <= box.upper[i])) return unset;
-  const double share = lowest_share(segment, box);
-  const double distance = outside(segment.a + share * (segment.b - segment.a), box).norm();
+  const double distance = box_gap(segment, box).norm();
   return distance > 0.0 || std::isnan(distance) ? distance : depth(segment, box);
 }
 

@@ -21,8 +21,15 @@ struct Box {
   Eigen::Vector3d upper;
 };
 
-/// Smallest distance of two segments, of any length, down to single points.
-double segment_distance(const Segment& one, const Segment& other);
+/// From the nearest point of `other` to that of `one`; of any length, down to single points.
+Eigen::Vector3d segment_gap(const Segment& one, const Segment& other);
+/// From the nearest point of a box to that of a segment; 0 where it reaches into it.
+Eigen::Vector3d box_gap(const Segment& segment, const Box& box);
+
+/// Smallest distance of two segments.
+inline double segment_distance(const Segment& one, const Segment& other) {
+  return segment_gap(one, other).norm();
+}
 
 /// Smallest distance of a segment from a box; where it reaches into it, how deep it lies behind the
 /// nearest face, negative.

@@ -7,23 +7,6 @@
 namespace fairlead {
 namespace {
 
-Box box_of(const Volume& volume) { return {vector(volume.lower), vector(volume.upper)}; }
-
-Eigen::Vector3d tool_at(const ModelTool& tool, const FramePoses& poses) {
-  return point_in_root(poses[tool.place.frame], tool.place.position);
-}
-
-// How far something may be from where it is placed [m].
-double off(const std::optional<DisplacementBound>& deviation, const ModelTool& tool) {
-  return deviation ? deviation->of(tool.place.frame, tool.place.position.norm()) : 0.0;
-}
-double off(const std::optional<DisplacementBound>& deviation, const ModelCapsule& capsule) {
-  return deviation ? deviation->of(capsule.frame, capsule.extent) : 0.0;
-}
-double off(const std::optional<DisplacementBound>& deviation, const ModelPair& pair) {
-  return deviation ? deviation->of(pair) : 0.0;
-}
-
 void keep_smallest(double& slack, double margin) { slack = std::min(slack, std::max(margin, 0.0)); }
 
 }  // namespace
@@ -54,6 +37,13 @@ double ShapeCheck::bound_of(std::size_t shape, const DisplacementBound& bound) c
   }
   const ModelCapsule& capsule = model_.capsules[capsules_[shape - tools_.size()]];
   return bound.of(capsule.frame, capsule.extent);
+}
+
+JointSet ShapeCheck::movers_of(std::size_t shape) const {
+  if (shape < pairs_.size()) return model_.pairs[pairs_[shape]].movers;
+  shape -= pairs_.size();
+  if (shape < tools_.size()) return model_.tools[tools_[shape]].movers;
+  return model_.frames[model_.capsules[capsules_[shape - tools_.size()]].frame].movers;
 }
 
 double ShapeCheck::clear_fraction_of(const Clearance& clearance,

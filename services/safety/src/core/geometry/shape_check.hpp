@@ -4,9 +4,9 @@
 #include <optional>
 
 #include "core/chunk/judgement.hpp"
+#include "core/geometry/corners.hpp"
 #include "core/geometry/distances.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
-#include "core/trajectory/displacement_bound.hpp"
 
 namespace fairlead {
 
@@ -72,6 +72,14 @@ class ShapeCheck {
   /// Which share of its way everything is clear by at least, 1 at most.
   [[nodiscard]] double clear_fraction_of(const Clearance& clearance,
                                          const DisplacementBound& bound) const;
+  /// How far a shape moves at most [m].
+  [[nodiscard]] double bound_of(std::size_t shape, const DisplacementBound& bound) const;
+  /// Joints that move it.
+  [[nodiscard]] JointSet movers_of(std::size_t shape) const;
+  /// Where in a cell it comes nearest to a limit, to first order: of those that it kept in `before`
+  /// or may not break again.
+  [[nodiscard]] CellCorner worst_corner(std::size_t shape, const FramePoses& before,
+                                    const Cell& cell) const;
 
  private:
   Evidence check_volumes(const FramePoses& poses, const FramePoses& before, Clearance& found) const;
@@ -83,11 +91,33 @@ class ShapeCheck {
                             const FramePoses& before, double& slack) const;
   Evidence check_pairs(const FramePoses& poses, const FramePoses& before,
                        const DisplacementBound& bound, double share, Clearance& found);
-  [[nodiscard]] double bound_of(std::size_t shape, const DisplacementBound& bound) const;
+  void add_pair(const ModelPair& pair, const FramePoses& before, const Cell& cell,
+                WorstCorner& worst) const;
+  void add_tool(const ModelTool& tool, const Volume& volume, const FramePoses& before,
+                const Cell& cell, WorstCorner& worst) const;
+  void add_capsule(std::size_t capsule, const Volume& volume, const FramePoses& before,
+                   const Cell& cell, WorstCorner& worst) const;
   [[nodiscard]] Segment segment(std::size_t capsule, const FramePoses& poses) const;
   [[nodiscard]] double pair_distance(const ModelPair& pair, const FramePoses& poses) const;
   [[nodiscard]] Evidence of_part_that_moves(Evidence evidence, JointSet movers) const;
 
+  static Box box_of(const Volume& volume) { return {vector(volume.lower), vector(volume.upper)}; }
+  static Eigen::Vector3d tool_at(const ModelTool& tool, const FramePoses& poses) {
+    return point_in_root(poses[tool.place.frame], tool.place.position);
+  }
+  // How far something may be from where it is placed [m].
+  static double off(const std::optional<DisplacementBound>& deviation, const ModelTool& tool) {
+    return deviation ? deviation->of(tool.place.frame, tool.place.position.norm()) : 0.0;
+  }
+  static double off(const std::optional<DisplacementBound>& deviation, const ModelCapsule& capsule) {
+    return deviation ? deviation->of(capsule.frame, capsule.extent) : 0.0;
+  }
+  static double off(const std::optional<DisplacementBound>& deviation, const ModelPair& pair) {
+    return deviation ? deviation->of(pair) : 0.0;
+  }
+  static bool is_excused(double margin_before, Excuse excuse) {
+    return margin_before < 0.0 && excuse != Excuse::none;
+  }
   [[nodiscard]] Excuse excuse_of(JointSet movers, double drift, Excuse if_guessed) const {
     if (drift > 0.0) return Excuse::none;
     return (movers & guessed_) != 0 ? if_guessed : Excuse::as_it_is;

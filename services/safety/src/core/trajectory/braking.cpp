@@ -41,12 +41,6 @@ void Braking::at(double share, Joints& joints) const {
     if (branch_.speed[j] != 0.0) joints[j] = position(j, share * duration_);
 }
 
-bool Braking::has_way(JointSet joints) const {
-  for (const std::size_t j : JointsIn(moving_ & joints))
-    if (end_[j] != branch_.now[j]) return true;
-  return false;
-}
-
 double Braking::largest_share(const Joints& from, const Joints& to) const {
   double largest = 0.0;
   for (const std::size_t j : JointsIn(moving_)) {

@@ -16,8 +16,6 @@ class Braking {
   void at(double share, Joints& joints) const;
   [[nodiscard]] const Joints& start() const { return branch_.now; }
   [[nodiscard]] const Joints& end() const { return end_; }
-  /// Whether any of these joints goes on.
-  [[nodiscard]] bool has_way(JointSet joints) const;
   /// Between two points of the way nothing goes a larger share of its own than this: of the joint
   /// that goes the largest.
   [[nodiscard]] double largest_share(const Joints& from, const Joints& to) const;

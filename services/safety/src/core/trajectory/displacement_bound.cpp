@@ -47,6 +47,14 @@ double DisplacementBound::of(std::size_t frame, double extent, std::size_t base)
          (far.leverage - near.leverage) + (far.slid - near.slid);
 }
 
+// Half the second derivative. Of two joints that turn it is at most the point's distance from the
+// outer one, which is the smaller of both bounds; of a turn and what slides on it, 1.
+double DisplacementBound::bend(std::size_t frame, double extent, std::size_t base) const {
+  const double turned = sums_[frame].turned - sums_[base].turned;
+  const double slid = sums_[frame].slid - sums_[base].slid;
+  return 0.5 * turned * (of(frame, extent, base) + slid);
+}
+
 double DisplacementBound::of(const ModelPair& pair) const {
   const ModelCapsule &first = model_.capsules[pair.first], &second = model_.capsules[pair.second];
   return of(first.frame, first.extent, pair.common) + of(second.frame, second.extent, pair.common);

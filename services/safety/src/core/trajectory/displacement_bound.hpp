@@ -22,6 +22,8 @@ class DisplacementBound {
   /// Of any point at most `extent` from a frame's origin, as seen from `base`, on which the frame
   /// hangs [m].
   [[nodiscard]] double of(std::size_t frame, double extent, std::size_t base = 0) const;
+  /// By how much such a point's way differs from what its velocities at the start say, at most [m].
+  [[nodiscard]] double bend(std::size_t frame, double extent, std::size_t base = 0) const;
   /// Of two capsules relative to each other.
   [[nodiscard]] double of(const ModelPair& pair) const;
   /// No way of any capsule, tool or pair is longer.

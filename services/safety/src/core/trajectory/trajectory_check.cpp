@@ -6,6 +6,7 @@
 #include "core/geometry/distances.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
 #include "core/modes/commanded_motion.hpp"
+#include "core/trajectory/stop_cells.hpp"
 
 namespace fairlead {
 namespace {
@@ -245,28 +246,10 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
   if (!evidence.ok()) return evidence;
   const double clear = shape_check_.clear_fraction_of(clearance, stop);
   evidence = certify_to_end(braking, shapes(branch, stop, rest_), clear);
-  // Clear by the whole way of all is clear by each part's.
+  // Clear by the whole way of all is clear by each joint's.
   if (!evidence.ok() || clear >= 1.0 || prediction_.is_forecast()) return evidence;
-  return check_single_stops(branch, braking, clearance);
-}
-
-// One part may brake while all others stop at once, and these go on when it has.
-Evidence TrajectoryCheck::check_single_stops(const Branch& branch, const Braking& braking,
-                                             const Clearance& clearance) {
-  for (const JointSet joints : model_.part_joints) {
-    const JointSet own = model_.tree_joints & joints, others = model_.tree_joints & ~joints;
-    if (!braking.has_way(own) || !braking.has_way(others)) continue;
-    const Braking alone(model_, branch, prediction_.moving() & joints, prediction_.lagging());
-    const DisplacementBound stop(model_, branch.now, alone.end()),
-        rest(model_, alone.end(), braking.end());
-    Evidence evidence = certify_to_end(alone, shapes(branch, stop, rest_),
-                                       shape_check_.clear_fraction_of(clearance, stop));
-    if (evidence.ok())
-      evidence = certify(StraightMotion{alone.end(), braking.end()}, shapes(branch, rest, rest_),
-                         0.0, 0.0);
-    if (!evidence.ok()) return evidence;
-  }
-  return {};
+  return StopCells(model_, shape_check_, branch.poses_before(), budget_, rest_, between_)
+      .certify(branch.now, braking.end());
 }
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {

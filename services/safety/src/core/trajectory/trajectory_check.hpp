@@ -35,8 +35,6 @@ class TrajectoryCheck {
   Evidence check_body(const Branch& branch, const Braking& braking, const Interval& interval,
                       Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
-  Evidence check_single_stops(const Branch& branch, const Braking& braking,
-                              const Clearance& clearance);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
   void expect_unequal_shares();

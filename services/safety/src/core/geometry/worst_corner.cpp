@@ -1,0 +1,91 @@
+// What a whole cell of configurations leaves to a shape's limit. Two shapes are no nearer to each
+// other than each is to a plane between them, wherever they go: here the one that is square to
+// their gap in the middle of the cell.
+#include "core/geometry/corners.hpp"
+#include "core/geometry/shape_check.hpp"
+
+namespace fairlead {
+namespace {
+
+// The furthest that a box reaches along a direction.
+double reach_along(const Box& box, const Eigen::Vector3d& direction) {
+  return box.lower.cwiseProduct(direction).cwiseMax(box.upper.cwiseProduct(direction)).sum();
+}
+
+}  // namespace
+
+CellCorner ShapeCheck::worst_corner(std::size_t shape, const FramePoses& before,
+                                const Cell& cell) const {
+  WorstCorner worst(model_, cell);
+  if (shape < pairs_.size()) {
+    add_pair(model_.pairs[pairs_[shape]], before, cell, worst);
+    return worst.found();
+  }
+  const std::size_t tool = shape - pairs_.size();
+  for (const Volume& volume : model_.limits.workspace.volumes) {
+    if (tool < tools_.size())
+      add_tool(model_.tools[tools_[tool]], volume, before, cell, worst);
+    else if (volume.keep_out)
+      add_capsule(capsules_[tool - tools_.size()], volume, before, cell, worst);
+  }
+  return worst.found();
+}
+
+void ShapeCheck::add_pair(const ModelPair& pair, const FramePoses& before, const Cell& cell,
+                          WorstCorner& worst) const {
+  const double clearance = model_.limits.collision.clearance;
+  const double margin_before = pair_distance(pair, before) - clearance - off(deviation_before_, pair);
+  if (is_excused(margin_before, excuse_of(pair.movers, clearance_drift_, Excuse::none))) return;
+  const ModelCapsule &first = model_.capsules[pair.first], &second = model_.capsules[pair.second];
+  const Segment one = segment(pair.first, cell.poses), other = segment(pair.second, cell.poses);
+  const Eigen::Vector3d apart = segment_gap(one, other).normalized();
+  const double needed =
+      first.radius + second.radius + clearance + clearance_drift_ + off(deviation_, pair);
+  for (const Eigen::Vector3d& end : {one.a, one.b})
+    for (const Eigen::Vector3d& other_end : {other.a, other.b})
+      worst.add(-needed, {{first.frame, pair.common, first.extent, end, apart},
+                          {second.frame, pair.common, second.extent, other_end, -apart}});
+}
+
+void ShapeCheck::add_tool(const ModelTool& tool, const Volume& volume, const FramePoses& before,
+                          const Cell& cell, WorstCorner& worst) const {
+  const Eigen::Vector3d point = tool_at(tool, cell.poses), was = tool_at(tool, before);
+  const double extent = tool.place.position.norm(), off_before = off(deviation_before_, tool);
+  const double needed = tool_drift_ + off(deviation_, tool);
+  const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
+  const Box box = box_of(volume);
+  const auto face = [&](double limit, const Eigen::Vector3d& direction) {
+    const double margin_before = direction.dot(was) - limit - off_before;
+    if (!is_excused(margin_before, excuse))
+      worst.add(-limit - needed, {{tool.place.frame, 0, extent, point, direction}});
+  };
+  if (volume.keep_out) {
+    if (is_excused(box_distance({was, was}, box) - off_before, excuse)) return;
+    const Eigen::Vector3d apart = box_gap({point, point}, box).normalized();
+    worst.add(-reach_along(box, apart) - needed, {{tool.place.frame, 0, extent, point, apart}});
+    return;
+  }
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Eigen::Vector3d up = Eigen::Vector3d::Unit(i);
+    face(box.lower[i], up);
+    face(-box.upper[i], -up);
+  }
+}
+
+void ShapeCheck::add_capsule(std::size_t capsule, const Volume& volume, const FramePoses& before,
+                             const Cell& cell, WorstCorner& worst) const {
+  const ModelCapsule& shape = model_.capsules[capsule];
+  const Box box = box_of(volume);
+  const double margin_before =
+      box_distance(segment(capsule, before), box) - shape.radius - off(deviation_before_, shape);
+  const JointSet movers = model_.frames[shape.frame].movers;
+  if (is_excused(margin_before, excuse_of(movers, tool_drift_, Excuse::better))) return;
+  const Segment placed = segment(capsule, cell.poses);
+  const Eigen::Vector3d apart = box_gap(placed, box).normalized();
+  const double needed =
+      reach_along(box, apart) + shape.radius + tool_drift_ + off(deviation_, shape);
+  for (const Eigen::Vector3d& end : {placed.a, placed.b})
+    worst.add(-needed, {{shape.frame, 0, shape.extent, end, apart}});
+}
+
+}  // namespace fairlead
