@@ -158,6 +158,47 @@ TEST_CASE(
                   .evidence.ok());
 }
 
+TEST_CASE("realtime: a tool that holds in the tick that runs goes on from where it was measured") {
+  const PartMemories memories = goal_at(0.1);
+  MeasuredState state = state_at_rest();
+  RowBefore before;
+  before.measured = false;
+  before.memories = &memories;
+  const auto reached = [&](double angle) {
+    const ChunkBuilder next = switched(turns({angle}), 1.0);
+    Predicted predicted(shared_out(), state, next.chunk, before);
+    CHECK(predicted.all.advance().ok());
+    return predicted.all.branch(upper).now[arm_1];
+  };
+  CHECK(reached(turn) == doctest::Approx(0.03).epsilon(1e-3));
+  // Half of the way that it may go on for, less 0.3 of that.
+  state.velocities[arm_1] = 0.4;
+  CHECK(reached(0.0) == doctest::Approx(0.7 * 0.5 * 0.4 * 0.05).epsilon(1e-3));
+  // Nothing is known of its goal behind a row of another kind.
+  const ChunkBuilder acts = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0});
+  before.chunk = &acts.chunk;
+  const ChunkBuilder next = switched(turns({turn}), 1.0);
+  CHECK(Predicted(shared_out(), state, next.chunk, before).all.advance().code == 26);
+}
+
+TEST_CASE("G026 realtime: a goal from before a hold is reached from wherever that ends") {
+  const PartMemories memories = goal_at(0.0);
+  MeasuredState state = state_at_rest();
+  state.velocities[arm_1] = 1.0;  // 0.05 rad in a tick at most: 0.5 rad/s more or less
+  RowBefore before;
+  before.measured = false;
+  before.memories = &memories;
+  const auto code = [&](double angle, double value) {
+    return judge_rows(a_tenth_to_three, whole_robot(a_tenth_to_three), state,
+                      switched(turns({angle}), value).chunk, 0, before)
+        .evidence.code;
+  };
+  // 6 rad/s of each rad; from half way 0.15 less, and half a rad more.
+  CHECK(code(0.22, -1.0) == 0);
+  CHECK(code(0.18, 1.0) == 0);
+  CHECK(code(0.20, 1.0) == 26);
+}
+
 TEST_CASE("a row that takes back what was left leads nowhere, and the next one like it does not") {
   Limits limits = test_limits();
   limits.parts[arm].modes.cartesian_delta.gain = {0.5, 0.5};

@@ -166,9 +166,11 @@ void Prediction::note_speed(Branch& branch, std::size_t joint, double change) co
   speed = fast;
 }
 
-// How much faster or slower a joint reaches its first target, by where the hold before it ends.
+// How much faster or slower a joint reaches its first target, or a goal from before the hold, by
+// where that ends.
 double Prediction::reach_off(std::size_t joint) const {
-  return (lagging_ & only(joint)) != 0 ? 0.0 : start_off_[joint] / model_.period_s;
+  const bool has_goal = goals_add_up_ || (lagging_ & only(joint)) == 0;
+  return has_goal ? start_off_[joint] / model_.period_s : 0.0;
 }
 
 // The joint's target in the row before, if it had one: what is measured may lag behind that.

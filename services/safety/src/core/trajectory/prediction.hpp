@@ -145,6 +145,7 @@ class Prediction {
 
   void start_still(const PartMemories* memories);
   void note_left(const PartMemories* memories);
+  void note_new_goals(const RowBefore& before);
   void include(const ActionChunk& chunk, JointSet& joints);
   void include_companions();
   void add_branches(std::size_t part);

@@ -49,6 +49,7 @@ Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
       for (const std::size_t j : JointsIn(held))
         branch.now[j] += 0.5 * measured_.speed[j] * model_.period_s;
     (void)apply_rows(before, true);
+    note_new_goals(before);
     widen_start(held);
     return;
   }
@@ -140,6 +141,28 @@ void Prediction::note_left(const PartMemories* memories) {
     const std::optional<Pose>& goal = (*memories)[i].goal;
     left.setConstant(unset);
     if (goal) left = motion_between(pose_at(model_.tools[i].place, measured_.poses_now()), *goal);
+  }
+}
+
+// A tool that has no row in the tick that runs holds: its goal is where it was when that began. One
+// that has a row of another kind than a motion has none.
+void Prediction::note_new_goals(const RowBefore& before) {
+  std::array<const ActionPart*, max_parts> acting{};
+  const auto note = [&](const RowBefore& row) {
+    if (row.chunk == nullptr) return;
+    for (const ActionPart& action : row.chunk->parts) acting[action.part] = &action;
+  };
+  note(before);
+  for (const Companion& companion : companions_) note(companion.before);
+  for (std::size_t i = 0; i < model_.limits.parts.size(); ++i) {
+    const ModelTool& tool = model_.tools[i];
+    if (!tool.present || (acting[i] != nullptr && is_tool_motion(acting[i]->mode))) continue;
+    for (Branch& branch : branches()) {
+      branch.left[i].setConstant(unset);
+      if (acting[i] == nullptr)
+        branch.left[i] = motion_between(pose_at(tool.place, branch.poses_now()),
+                                        pose_at(tool.place, measured_.poses_now()));
+    }
   }
 }
 
