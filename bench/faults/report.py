@@ -20,7 +20,7 @@ from fairlead.paths import repo_root
 PAGE = repo_root() / "docs" / "faults.md"
 RESULTS = Path(__file__).with_name("results.json")
 BEGIN, END = "<!-- begin: make faults ARGS=--write -->", "<!-- end -->"
-DONE = ("row", "fault", "outcome; longest time/bound, ms")
+DONE = ("row: fault", "outcome; longest time/bound, ms")
 LATER = ("row", "fault", "why")
 Entry = Mapping[str, Any]
 
@@ -105,7 +105,7 @@ def _line(same: Sequence[Entry]) -> list[str]:
     """The cells of one line: of its times the longest of any form."""
     entry = same[0]
     faults = _together([one["fault"] for one in same])
-    return [str(entry["row"]), faults, _failure(entry) + _outcome(same)]
+    return [f"{entry['row']}: {faults}", _failure(entry) + _outcome(same)]
 
 
 def _outcome(same: Sequence[Entry]) -> str:

@@ -7,7 +7,7 @@ from fairlead.wire.gate_checks import CHECKS, GateCheck
 
 PAGE = repo_root() / "docs" / "safety-checks.md"
 START, END = "<!-- checks: python -m bench.pages --write -->\n", "<!-- end of checks -->"
-HEAD = ("code", "hazard", "what passes", "else")
+HEAD = ("check: hazard", "what passes", "else")
 
 
 def table() -> str:
@@ -32,9 +32,9 @@ def current_page() -> str:
 def _row(code: int, check: GateCheck) -> tuple[str, ...]:
     name = f"G{code:03d}"
     anchor = check.section.lower().translate(str.maketrans(" ", "-", ":,"))
+    link = f"[{name}](#{anchor})" if anchor else name
     return (
-        f"[{name}](#{anchor})" if anchor else name,
-        _plain(check.hazard),
+        f"{link}: {_plain(check.hazard)}",
         _plain(check.rule),
         check.outcome,
     )
