@@ -127,20 +127,25 @@ def digits(ns: float) -> str:
 
 
 def rows_table(found: dict[str, Any]) -> str:
-    """The cases in Markdown."""
-    lines = [
-        f"| rows of {found['joints']} joints, {found['pairs']} pairs "
-        "| least ns | instructions | aim |",
-        "|---|---|---|---|",
-    ]
-    for one in found["cases"]:
-        aim = AIMS_NS.get(one["name"])
+    """The cases in Markdown: a line for those that differ only in their number of rows."""
+    lines: dict[str, dict[str, str]] = {}
+    for one in sorted(found["cases"], key=lambda one: float(one["least_ns"])):
+        kind, _, rows = one["name"].partition(" H=")
         count = "not counted" if one["instructions"] is None else one["instructions"]
-        lines.append(
-            f"| {one['name']} | {digits(one['least_ns'])} | {count} "
-            f"| {'' if aim is None else f'< {aim:.0f}'} |"
-        )
-    return "\n".join(lines)
+        aim = f" (< {AIMS_NS[one['name']]:.0f})" if one["name"] in AIMS_NS else ""
+        lines.setdefault(kind, {})[rows] = f"{digits(one['least_ns'])}, {count}{aim}"
+    lengths = list(next(iter(lines.values())))
+    return "\n".join(
+        [
+            f"| rows of {found['joints']} joints, {found['pairs']} pairs: least ns, instructions "
+            f"(aim ns) | {' | '.join(f'H={rows}' for rows in lengths)} |",
+            "|---" * (1 + len(lengths)) + "|",
+            *(
+                f"| {kind} | {' | '.join(cells[rows] for rows in lengths)} |"
+                for kind, cells in lines.items()
+            ),
+        ]
+    )
 
 
 def two_times(spread: dict[str, dict[str, float]]) -> str:
@@ -149,17 +154,20 @@ def two_times(spread: dict[str, dict[str, float]]) -> str:
 
 
 def steps_table(found: dict[str, Any]) -> str:
-    """The whole steps in Markdown."""
-    lines = [
-        f"| {found['rows']} rows, {found['ticks']} times: p50, p99.9 us | chunk "
-        f"(p99.9 < {STEP_AIM_NS / 1e3:.0f}) | state |",
-        "|---|---|---|",
-    ]
-    for kind, steps in found["steps"].items():
-        cells = [two_times(steps[event]) for event in ("chunk", "state")]
-        lines.append(f"| {kind} | {' | '.join(cells)} |")
-    lines.append(f"| *control* | {two_times(found['control'])} | |")
-    return "\n".join(lines)
+    """The whole steps in Markdown: a line for those that differ only in what their rows do."""
+    lines: dict[str, list[str]] = {}
+    for name, steps in found["steps"].items():
+        kind, _, _ = name.rpartition(", rows that ")
+        lines.setdefault(kind, []).extend(two_times(steps[event]) for event in ("chunk", "state"))
+    return "\n".join(
+        [
+            f"| {found['rows']} rows, {found['ticks']} times: p50, p99.9 us "
+            f"(aim < {STEP_AIM_NS / 1e3:.0f}) | chunk | state | oscillating: chunk | state |",
+            "|---|---|---|---|---|",
+            *(f"| {kind} | {' | '.join(cells)} |" for kind, cells in lines.items()),
+            f"| *control* | {two_times(found['control'])} | | | |",
+        ]
+    )
 
 
 def worst_table(found: dict[str, dict[str, Any]]) -> str:

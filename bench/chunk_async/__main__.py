@@ -87,8 +87,8 @@ def misses(runs: Sequence[Run]) -> list[str]:
 
 
 COLUMNS = (
-    "latency ms", "seam", "H", "d", "H >= 2d + 1", "stalls", "duty", "theory", "seam step",
-    "synchronous: duty", "latest wins: duty",
+    "latency ms", "seam", "H", "d", "stalls", "duty (theory)", "seam step", "synchronous",
+    "latest wins",
 )  # fmt: skip
 
 
@@ -104,10 +104,8 @@ def _cells(one: Run) -> tuple[str, ...]:
         one.way,
         f"{one.horizon}",
         f"{one.longest_ticks}",
-        "yes" if one.never_stalls else "no",
         f"{one.stalls} of {one.ticks}",
-        f"{one.duty:.3f}",
-        f"{one.theory:.3f}",
+        f"{one.duty:.3f} ({one.theory:.3f})",
         _share(one.seam, one.naive),
         f"{one.synchronous.duty:.3f}",
         f"{one.latest_wins.duty:.3f}",

@@ -138,13 +138,13 @@ def many_frames(stage: GateStage) -> Shot:
 
 ROWS = (
     Row(
-        20, "horizon 0, 65, 2^32-1, wrong widths; cut, flipped, oversized, empty, random frames",
-        "refused; the gate grows by less than 4 MiB, judges on",
+        20, "wrong horizons, wrong widths; cut, flipped, oversized, empty, random frames",
+        "refused; the gate grows by less than 4 MiB",
         1, "gate", bad_shapes, JUDGED, 5,
     ),
     Row(
         20, f"{MANY_FRAMES:,} random and mutated frames in bursts",
-        "refused; the gate grows by less than 4 MiB, judges on",
+        "refused; the gate grows by less than 4 MiB",
         1, "gate", many_frames, f"{JUDGED}: 99 of 100 within", 1, "the longest",
     ),
 )  # fmt: skip

@@ -16,7 +16,7 @@ from fairlead.errors import RefusedError
 from fairlead.messages import ActionChunk, GateState, Outcome, Verdict
 from fairlead.paths import gate_config
 
-JUDGED = "judged"
+JUDGED = "verdict"
 """How rows on one gate take their time, unless they say otherwise."""
 
 

@@ -168,7 +168,7 @@ ROWS = (
         Row(42, f"leases and rows of {DARK_S * 1e3:g} ms {what} in mid-chunk",
             "hold until a new verdict", LAPSE_MS, "routed",
             partial(dark_leases, rule), "lapse to hold",
-            also="injection to hold")
+            also="fault to hold")
         for what, rule in (("come late", stalls), ("are lost", gap))
     ),
 )  # fmt: skip

@@ -126,18 +126,18 @@ def _verdicts(lines: Sequence[MotionLine]) -> set[int]:
     return {verdict for line in lines for verdict in line.verdicts}
 
 
-MEASURES = "last row's end to hold"
-ALSO = "server's fault to hold"
+MEASURES = "last row to hold"
+ALSO = "fault to hold"
 ROWS = (
     Row(
         6, f"policy server {SLOWER} times as slow",
-        "hold between chunks (`starved`) until a new verdict", TICK_MS, "policy", slow,
+        "hold between chunks (`starved`)", TICK_MS, "policy", slow,
         MEASURES, also=ALSO,
     ),
     *(
         Row(
             6, f"policy server {what}",
-            "hold; the goal's error says so; no late answer acts, the next goal moves",
+            "hold; the error says why; no late answer acts; the next goal moves",
             TICK_MS, "policy", partial(fails, behaviour), MEASURES, also=ALSO,
         )
         for behaviour, what in (

@@ -153,7 +153,7 @@ def no_row_acts_again(robot: LiveStage, shot: Shot) -> None:
 
 
 GOAL_ENDED = "goal's end"
-HOLD = "injection to hold"
+HOLD = "fault to hold"
 TO_STOP = "stop"
 ROWS = (
     Row(1, "gate killed", "hold; the gate starts latched", 150, "robot", kill_gate),
@@ -177,7 +177,7 @@ ROWS = (
         300, "robot", pause_hal, TO_STOP,
     ),
     Row(
-        9, "state_assembler killed", "hold; the goal's failure names the layout",
+        9, "state_assembler killed", "hold; the error names the layout",
         1000, "robot", kill_assembler, GOAL_ENDED, also=HOLD,
     ),
     Row(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +20,7 @@ from fairlead.paths import repo_root
 PAGE = repo_root() / "docs" / "faults.md"
 RESULTS = Path(__file__).with_name("results.json")
 BEGIN, END = "<!-- begin: make faults ARGS=--write -->", "<!-- end -->"
-TIMED = ("row", "fault", "outcome", "time and bound", "most")
-UNTIMED = ("row", "fault", "outcome")
+DONE = ("row: fault", "outcome; longest time/bound, ms")
 LATER = ("row", "fault", "why")
 Entry = Mapping[str, Any]
 
@@ -53,28 +52,23 @@ def keep(entries: Sequence[Entry], file: Path = RESULTS) -> None:
 
 
 def document(file: Path = RESULTS) -> str:
-    """The tables: rows with a time and without, as measured last, and those that are not run."""
+    """The tables: rows as measured last, and those that are not run."""
     known = {_key(entry): entry for entry in json.loads(file.read_text(encoding="utf-8"))}
     days = sorted(str(entry["measured"]) for entry in known.values())
     done = [known[key] for row in ROWS if (key := (row.number, row.fault)) in known]
     passed = sum(_verdict(entry) == "passed" for entry in done)
-    lines = _lines(done)
     times, late = (sum(int(entry[name]) for entry in done) for name in ("n", "machine_late"))
     unmeasured = _forms([row for row in ROWS if (row.number, row.fault) not in known])
     return "\n".join(
         [
-            f"Measured from {days[0]} to {days[-1]} on a machine of two cores; times are in ms.",
+            f"Measured from {days[0]} to {days[-1]} on a machine of two cores.",
             f"{passed} of {len(ROWS)} faults passed, done {times} times ({late} more on a late "
             f"machine); {len(ROWS) - len(done)} are not measured yet. Of all: control p50 at most "
             f"{_most(done, 'control_p50_ms')}, max "
             f"{_most(done, 'control_max_ms')}; HAL tick {_most(done, 'tick_max_ms')}; load "
             f"{_most(done, 'load')}.",
             "",
-            *_table(TIMED, [cells for cells in lines if len(cells) == len(TIMED)]),
-            "",
-            "Without a bound:",
-            "",
-            *_table(UNTIMED, [cells for cells in lines if len(cells) == len(UNTIMED)]),
+            *_table(DONE, _lines(done)),
             *(["", "Not measured yet:", "", *_table(LATER, unmeasured)] if unmeasured else []),
         ]
     )
@@ -111,14 +105,20 @@ def _line(same: Sequence[Entry]) -> list[str]:
     """The cells of one line: of its times the longest of any form."""
     entry = same[0]
     faults = _together([one["fault"] for one in same])
-    cells = [str(entry["row"]), faults, _failure(entry) + entry["outcome"]]
+    return [f"{entry['row']}: {faults}", _failure(entry) + _outcome(same)]
+
+
+def _outcome(same: Sequence[Entry]) -> str:
+    """With the longest time behind it, or behind the word that says what was measured."""
+    entry = same[0]
+    outcome, measures = str(entry["outcome"]), str(entry["measures"])
     if entry["bound_ms"] is None:
-        return cells
-    bound = f"{entry['measures']} {_ms(entry['bound_ms'])}"
-    most = _most(same, "max_ms")
+        return outcome
+    time = f"{_most(same, 'max_ms')}/{_ms(entry['bound_ms'])}"
     if all(one.get("also") == entry["also"] != "" for one in same):
-        most += f"; {entry['also']} {_most(same, 'also_max')}"
-    return [*cells, bound, most]
+        time += f", {entry['also']} {_most(same, 'also_max')}"
+    said, ends, more = outcome.partition(";")
+    return f"{said} {time}{ends}{more}" if said == measures else f"{outcome}; {measures} {time}"
 
 
 def _forms(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
@@ -134,16 +134,18 @@ def _first_of(faults: Sequence[str]) -> str:
 
 
 def _together(faults: Sequence[str]) -> str:
-    """The forms of a fault; what all of them, or one and the first, begin with is said once."""
-    first, *others = faults
-    words = zip(*(fault.split() for fault in faults), strict=False)
-    said = "".join(f"{same[0]} " for same in takewhile(lambda same: len(set(same)) == 1, words))
-    return "; ".join([first, *(_briefly(other, first, said) for other in others)])
+    """The forms of a fault; what one and the form before, or the first, begin with is said once."""
+    return "; ".join([faults[0], *(_briefly(*two, faults[0]) for two in pairwise(faults))])
 
 
-def _briefly(fault: str, first: str, said: str) -> str:
+def _briefly(before: str, fault: str, first: str) -> str:
     also = fault.removeprefix(first)
-    return fault.removeprefix(said) if also == fault else f"also with {also.strip(', ')}"
+    if also != fault:
+        return f"also with {also.strip(', ')}"
+    words = zip(fault.split(), before.split(), strict=False)
+    return fault.removeprefix(
+        "".join(f"{a} " for a, _ in takewhile(lambda two: two[0] == two[1], words))
+    )
 
 
 def _most(entries: Sequence[Entry], name: str) -> str:

@@ -99,8 +99,8 @@ def blinded(fault: str, says: str) -> partial[Shot]:
 
 BLIND_MS = 500.0
 """The skill's age_max_ticks, a tick to notice, the gate's word and a tick to hold, and spare."""
-NAMES_CAMERA = f"hold; the goal's failure names the camera (age_max_ticks {SEEING_AGE_TICKS})"
-NAMES_FRAME = "hold; the goal's failure names the frame"
+NAMES_CAMERA = f"hold; the error names the camera (age_max_ticks {SEEING_AGE_TICKS})"
+NAMES_FRAME = "hold; the error names the frame"
 KEEPS = "stop under the declared code"
 ROWS = (
     Row(28, f"{JOINT} measured NaN", "stop", 100, "faulty", partial(stops, "nan", ("G011",))),

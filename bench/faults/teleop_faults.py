@@ -104,8 +104,8 @@ CABLE_MS, ADAPTER_MS = 1e3 * SILENCE_S + REST_MS, 100 + REST_MS
 ROWS = (
     Row(48, "leader arm's cable comes off while it drives",
         "slows down, holds; moves again once the clutch is let in", CABLE_MS, "servos",
-        partial(unless_late, leader_cable_out, CABLE_MS), "injection to rest"),
+        partial(unless_late, leader_cable_out, CABLE_MS), "fault to rest"),
     Row(48, "leader arm's adapter unplugged while it drives",
         "slows down, holds; the command ends and says so", ADAPTER_MS, "servos",
-        partial(unless_late, leader_adapter_out, ADAPTER_MS), "injection to rest"),
+        partial(unless_late, leader_adapter_out, ADAPTER_MS), "fault to rest"),
 )  # fmt: skip

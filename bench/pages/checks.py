@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from fairlead.paths import repo_root
 from fairlead.wire.gate_checks import CHECKS, GateCheck
-from fairlead.wire.verdict_text import example_text
 
 PAGE = repo_root() / "docs" / "safety-checks.md"
 START, END = "<!-- checks: python -m bench.pages --write -->\n", "<!-- end of checks -->"
-HEAD = ("code", "hazard", "what passes", "unit", "else", "example")
+HEAD = ("check: hazard", "what passes", "else")
 
 
 def table() -> str:
@@ -33,13 +32,11 @@ def current_page() -> str:
 def _row(code: int, check: GateCheck) -> tuple[str, ...]:
     name = f"G{code:03d}"
     anchor = check.section.lower().translate(str.maketrans(" ", "-", ":,"))
+    link = f"[{name}](#{anchor})" if anchor else name
     return (
-        f"[{name}](#{anchor})" if anchor else name,
-        _plain(check.hazard),
+        f"{link}: {_plain(check.hazard)}",
         _plain(check.rule),
-        ", ".join(check.units),
         check.outcome,
-        f"{check.title}: {_plain(example_text(code))}",
     )
 
 

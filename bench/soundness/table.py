@@ -11,7 +11,6 @@ from typing import Any
 from bench.soundness.results import Results
 
 BEGIN = "<!-- from here on written by: python -m bench.soundness --write -->"
-TOLD_MOST = 1
 
 
 def document(results: Sequence[Results]) -> dict[str, Any]:
@@ -110,13 +109,13 @@ def _usability(one: Results) -> str:
 
 
 def _told(results: Sequence[Results]) -> list[str]:
-    lines = [
-        f"- {one.robot}: {line}"
+    """The first breach of each robot, without what its row was."""
+    return [
+        f"First breach of {one.robot}: {line.partition(', row')[0]}"
         for one in results
         for told in (one.kinematic.told, one.simulated.told, one.usability.told)
-        for line in told[:TOLD_MOST]
+        for line in told[:1]
     ]
-    return ["The first of what was found:", "", *lines] if lines else []
 
 
 def _line(*cells: str) -> str:

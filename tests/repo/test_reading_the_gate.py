@@ -13,12 +13,15 @@ from tests.repo.tree import ROOT
 
 PAGE = (ROOT / "docs/reading-the-gate.md").read_text()
 SOURCES = ROOT / "services/safety/src"
-STEP = re.compile(r"^( *)- `([\w/]+\.cpp)` `([\w:]+)`", re.M)
+STEP = re.compile(r"^( *)- (?:`([\w/]+\.cpp)` )?`([\w:]+)`", re.M)
 
 
 @dataclass(frozen=True)
 class Step:
-    """A line of the page: a function, and the one above that calls it, if any."""
+    """A line of the page: a function in a file, that of the line above if it names none.
+
+    caller: the function that calls it, if any.
+    """
 
     file: str
     function: str
@@ -42,7 +45,7 @@ def steps() -> list[Step]:
         depth = len(indent) // 2
         assert depth <= len(above), f"{function} is indented under nothing"
         del above[depth:]
-        step = Step(file, function, above[-1] if above else None)
+        step = Step(file or found[-1].file, function, above[-1] if above else None)
         above.append(step)
         found.append(step)
     return found

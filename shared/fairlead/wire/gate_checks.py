@@ -71,8 +71,8 @@ CHECKS = {
     ),
     2: GateCheck(
         title="other HAL session or robot",
-        hazard="commands for another robot or session",
-        rule="robot hash and session = those of the HAL that was armed",
+        hazard="commands for another robot",
+        rule="robot hash and session of the HAL that was armed",
         units=(),
         outcome="refuse",
         example=_rule("", "", "the HAL session the gate follows"),
@@ -82,7 +82,7 @@ CHECKS = {
     3: GateCheck(
         title="old arm epoch",
         hazard="a recording moves the robot",
-        rule="epoch = that of the last arming",
+        rule="epoch of the last arming",
         units=(),
         outcome="refuse",
         example=_rule("", "", "the current arm epoch"),
@@ -101,8 +101,8 @@ CHECKS = {
     ),
     5: GateCheck(
         title="sequence number not increasing",
-        hazard="an old message moves the robot again",
-        rule="last + 1 <= seq <= last + 1,000; a copy of the newest chunk gets its answer",
+        hazard="an old message acts again",
+        rule="last < seq <= last + 1,000; a copy of the newest chunk gets its answer",
         units=("1",),
         outcome="refuse",
         example=_number("", "seq", 5000.0, 1000.0, "1"),
@@ -125,7 +125,7 @@ CHECKS = {
     7: GateCheck(
         title="horizon or width",
         hazard="one joint's numbers read as another's",
-        rule="1 <= rows <= horizon_max; count of values = rows x width of the mode",
+        rule="1 <= rows <= horizon_max; values = rows x width of the mode",
         units=("rows",),
         outcome="refuse",
         example=_number("", "horizon", 80.0, 64.0, "rows"),
@@ -145,8 +145,8 @@ CHECKS = {
         title="mode, mask or padding",
         hazard="a part moves that nobody meant",
         rule=(
-            "mode and active joints are the part's (of a base told against its yaw both slides "
-            "or none), all other numbers = 0, no part twice"
+            "mode and active joints of the part (slides commanded in the base's frame: both or "
+            "none); other numbers 0; no part twice"
         ),
         units=(),
         outcome="refuse",
@@ -158,8 +158,8 @@ CHECKS = {
         title="too many chunks",
         hazard="a runaway sender crowds out others",
         rule=(
-            "chunks in W <= ceil(1.2 W chunk_rate_hz) + 1, W the longer of 250 ms and two chunk "
-            "intervals; those that this rule refuses do not count"
+            "chunks in W <= ceil(1.2 W chunk_rate_hz) + 1, W = max(250 ms, 2 / chunk_rate_hz); "
+            "those refused here do not count"
         ),
         units=("1",),
         outcome="refuse the excess",
@@ -171,8 +171,8 @@ CHECKS = {
         title="measured state",
         hazard="a sensor dead, silent or out of range",
         rule=(
-            "joints measured, finite, lower - tolerance <= q <= upper + tolerance; while armed "
-            "in realtime, age of the state <= state_timeout_ms"
+            "finite, lower - tolerance <= q <= upper + tolerance; armed in realtime: age of the "
+            "state <= state_timeout_ms"
         ),
         units=("rad", "m", "rad/s", "m/s", "ms"),
         outcome="stop; joint outside: only rows that lead back",
@@ -183,7 +183,7 @@ CHECKS = {
     12: GateCheck(
         title="every row is past",
         hazard="rows that act too late",
-        rule="start_tick + rows > the next open tick: at least one row is not past",
+        rule="start_tick + rows > next open tick",
         units=("ticks",),
         outcome="refuse",
         example=_number("", "last row's tick", 41.0, 42.0, "ticks"),
@@ -213,10 +213,7 @@ CHECKS = {
     21: GateCheck(
         title="does not start where the robot is",
         hazard="a jump at the start of a chunk",
-        rule=(
-            "|first row - measured| <= step_limit + tolerance; |first row - row before| <= "
-            "step_limit, by mode"
-        ),
+        rule="|first row - measured or row before| <= step_limit, by mode",
         units=("rad", "m", "rad/s", "m/s", "1"),
         outcome="refuse",
         example=_number("arm", "panda_joint1", 0.5, 0.25, "rad"),
@@ -237,8 +234,8 @@ CHECKS = {
         title="does not continue the released rows",
         hazard="a jump between two chunks",
         rule=(
-            "realtime: |first row - released row before| <= step_limit, where no state shows "
-            "that row yet"
+            "realtime: |first row - released row before| <= step_limit, until a state shows "
+            "that row"
         ),
         units=("rad", "m", "rad/s", "m/s", "1"),
         outcome="refuse",
@@ -259,7 +256,7 @@ CHECKS = {
     25: GateCheck(
         title="mode switch not allowed",
         hazard="a controller switched in motion",
-        rule="mode, frame and composite switch change while each joint's |v| < standstill_per_s",
+        rule="mode, frame, composite switch change while each joint's |v| < standstill_per_s",
         units=("rad/s", "m/s"),
         outcome="refuse; later row: truncate",
         example=_number("arm", "panda_joint1", 0.2, 0.05, "rad/s"),
@@ -272,8 +269,8 @@ CHECKS = {
     ),
     26: GateCheck(
         title="a tool motion too fast for a joint",
-        hazard="a tool's motion throws a joint",
-        rule="tool motions ask |v| <= velocity limit of every joint",
+        hazard="a tool motion makes a joint race",
+        rule="tool motions need |v| <= velocity limit of each joint",
         units=("rad/s", "m/s"),
         outcome="truncate",
         example=_number("arm", "panda_joint2", 2.9, 2.175, "rad/s"),
@@ -294,10 +291,7 @@ CHECKS = {
     31: GateCheck(
         title="outside the workspace",
         hazard="tool or arm leaves its workspace",
-        rule=(
-            "tools inside keep-in boxes; distance of tools and moved capsules to keep-out boxes "
-            ">= 0"
-        ),
+        rule="tools inside keep-in boxes; tools and moved capsules outside keep-out boxes",
         units=("m",),
         outcome="truncate",
         example=_number("arm", "tool z / table", 0.65, 0.6, "m"),
@@ -327,7 +321,7 @@ CHECKS = {
     34: GateCheck(
         title="base outside its zones",
         hazard="the base leaves its area",
-        rule="footprint's distance to the edge of its zone >= 0: inside keep-in, outside keep-out",
+        rule="footprint inside keep-in zones, outside keep-out zones",
         units=("m",),
         outcome="truncate",
         example=_number("base", "kitchen", -0.05, 0.0, "m"),
@@ -348,8 +342,8 @@ CHECKS = {
         title="a sensor that does not change",
         hazard="a frozen sensor hides motion",
         rule=(
-            "commanded motion beyond dead_band changes the measured position by more than "
-            "encoder_step within stuck_ticks rows"
+            "commanded motion beyond dead_band moves the joint by more than encoder_step within "
+            "stuck_ticks rows"
         ),
         units=("rad", "m"),
         outcome="stop",
@@ -384,7 +378,7 @@ CHECKS = {
     ),
     50: GateCheck(
         title="the gate itself: too slow, or changed in memory",
-        hazard="a slow gate, or its memory changed",
+        hazard="slow gate, or its memory changed",
         rule=(
             "each step <= step_deadline_us (realtime, armed); CRC-32 of the limits in memory as "
             "loaded"
