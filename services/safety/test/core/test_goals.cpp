@@ -188,15 +188,17 @@ TEST_CASE("G026 realtime: a goal from before a hold is reached from wherever tha
   RowBefore before;
   before.measured = false;
   before.memories = &memories;
+  Limits limits = shared_out();
+  limits.parts[arm].modes.cartesian_delta.gain.upper = 0.7;
   const auto code = [&](double angle, double value) {
-    return judge_rows(a_tenth_to_three, whole_robot(a_tenth_to_three), state,
-                      switched(turns({angle}), value).chunk, 0, before)
+    return judge_rows(limits, whole_robot(limits), state, switched(turns({angle}), value).chunk, 0,
+                      before)
         .evidence.code;
   };
-  // 6 rad/s of each rad; from half way 0.15 less, and half a rad more.
-  CHECK(code(0.22, -1.0) == 0);
-  CHECK(code(0.18, 1.0) == 0);
-  CHECK(code(0.20, 1.0) == 26);
+  // 14 rad/s of each rad; from half way 0.35 less, and 0.5 more.
+  CHECK(code(0.1, -1.0) == 0);
+  CHECK(code(0.09, 1.0) == 0);
+  CHECK(code(0.1, 1.0) == 26);
 }
 
 TEST_CASE("a row that takes back what was left leads nowhere, and the next one like it does not") {

@@ -26,8 +26,7 @@ Limits turning_back() {
 Judgement turned_back(const Limits& limits, const MeasuredState& state = at_rest(),
                       std::size_t certified_end = 1) {
   ChunkBuilder chunk;
-  chunk.add(arm, Mode::joint_position, {{0.05, 0.0, -0.035, 0.0, 0.0, 0.0}},
-            {turn_z, slide_y});
+  chunk.add(arm, Mode::joint_position, {{0.05, 0.0, -0.035, 0.0, 0.0, 0.0}}, {turn_z, slide_y});
   return judge_path(shared_room(), RobotModel(limits), whole_robot(limits), state, chunk.chunk,
                     {0, 1, certified_end}, {}, {});
 }

@@ -1,12 +1,13 @@
 // G031 and G032: tools and capsules in one configuration, against volumes and each other.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "core/chunk/judgement.hpp"
-#include "core/geometry/corners.hpp"
 #include "core/geometry/distances.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
+#include "core/trajectory/displacement_bound.hpp"
 
 namespace fairlead {
 
@@ -23,6 +24,27 @@ struct Clearance {
 
   void add(std::size_t shape, double margin) { near[near_count++] = {shape, margin}; }
 };
+
+/// All configurations in which no joint is further than `half` from `middle`. `poses`: in the
+/// middle. `bound`: of what moves from there to anywhere in it.
+struct Cell {
+  const Joints& middle;
+  const Joints& half;
+  const FramePoses& poses;
+  const DisplacementBound& bound;
+};
+
+/// A corner of a cell, by what each joint goes from the middle; and what is left to a limit there,
+/// by the velocities in the middle. Nothing in the cell has less by more than `bend`.
+struct CellCorner {
+  double margin = std::numeric_limits<double>::infinity();
+  double bend = 0.0;
+  Joints ways;
+
+  [[nodiscard]] double least() const { return margin - bend; }
+};
+
+class WorstCorner;
 
 class ShapeCheck {
  public:
@@ -79,7 +101,7 @@ class ShapeCheck {
   /// Where in a cell it comes nearest to a limit, to first order: of those that it kept in `before`
   /// or may not break again.
   [[nodiscard]] CellCorner worst_corner(std::size_t shape, const FramePoses& before,
-                                    const Cell& cell) const;
+                                        const Cell& cell) const;
 
  private:
   Evidence check_volumes(const FramePoses& poses, const FramePoses& before, Clearance& found) const;
@@ -109,7 +131,8 @@ class ShapeCheck {
   static double off(const std::optional<DisplacementBound>& deviation, const ModelTool& tool) {
     return deviation ? deviation->of(tool.place.frame, tool.place.position.norm()) : 0.0;
   }
-  static double off(const std::optional<DisplacementBound>& deviation, const ModelCapsule& capsule) {
+  static double off(const std::optional<DisplacementBound>& deviation,
+                    const ModelCapsule& capsule) {
     return deviation ? deviation->of(capsule.frame, capsule.extent) : 0.0;
   }
   static double off(const std::optional<DisplacementBound>& deviation, const ModelPair& pair) {

@@ -1,10 +1,58 @@
 // What a whole cell of configurations leaves to a shape's limit. Two shapes are no nearer to each
 // other than each is to a plane between them, wherever they go: here the one that is square to
 // their gap in the middle of the cell.
-#include "core/geometry/corners.hpp"
+#include <cmath>
+#include <initializer_list>
+
 #include "core/geometry/shape_check.hpp"
 
 namespace fairlead {
+
+// A point on a frame, as seen from the frame `base` on which that hangs. The less it reaches along
+// `direction`, the nearer is the limit.
+struct Facing {
+  std::size_t frame;
+  std::size_t base;
+  double extent;  // no point of the shape is further from the frame's origin
+  Eigen::Vector3d point;
+  Eigen::Vector3d direction;
+};
+
+// The worst corner of those that are added.
+class WorstCorner {
+ public:
+  WorstCorner(const RobotModel& model, const Cell& cell) : model_(model), cell_(cell) {}
+
+  // Of what has `offset` and what the points reach along their directions left, or more.
+  void add(double offset, std::initializer_list<Facing> points) {
+    CellCorner corner;
+    corner.margin = offset;
+    corner.ways.fill(0.0);
+    for (const Facing& facing : points) go_nearer(facing, corner);
+    if (!(corner.least() >= found_.least())) found_ = corner;
+  }
+  [[nodiscard]] const CellCorner& found() const { return found_; }
+
+ private:
+  void go_nearer(const Facing& facing, CellCorner& corner) const {
+    corner.margin += facing.direction.dot(facing.point);
+    corner.bend += cell_.bound.bend(facing.frame, facing.extent, facing.base);
+    for (std::size_t f = facing.frame; f != facing.base; f = model_.frames[f].parent) {
+      const ModelFrame& frame = model_.frames[f];
+      const double half = cell_.half[frame.joint];
+      if (half == 0.0) continue;
+      const Motion6 motion = motion_with(frame, cell_.poses[f], facing.point);
+      const double slope = facing.direction.dot(motion.head<3>());
+      corner.margin -= std::abs(slope) * half;
+      corner.ways[frame.joint] = -std::copysign(half, slope);
+    }
+  }
+
+  const RobotModel& model_;
+  const Cell& cell_;
+  CellCorner found_;
+};
+
 namespace {
 
 // The furthest that a box reaches along a direction.
@@ -15,7 +63,7 @@ double reach_along(const Box& box, const Eigen::Vector3d& direction) {
 }  // namespace
 
 CellCorner ShapeCheck::worst_corner(std::size_t shape, const FramePoses& before,
-                                const Cell& cell) const {
+                                    const Cell& cell) const {
   WorstCorner worst(model_, cell);
   if (shape < pairs_.size()) {
     add_pair(model_.pairs[pairs_[shape]], before, cell, worst);
@@ -34,7 +82,8 @@ CellCorner ShapeCheck::worst_corner(std::size_t shape, const FramePoses& before,
 void ShapeCheck::add_pair(const ModelPair& pair, const FramePoses& before, const Cell& cell,
                           WorstCorner& worst) const {
   const double clearance = model_.limits.collision.clearance;
-  const double margin_before = pair_distance(pair, before) - clearance - off(deviation_before_, pair);
+  const double margin_before =
+      pair_distance(pair, before) - clearance - off(deviation_before_, pair);
   if (is_excused(margin_before, excuse_of(pair.movers, clearance_drift_, Excuse::none))) return;
   const ModelCapsule &first = model_.capsules[pair.first], &second = model_.capsules[pair.second];
   const Segment one = segment(pair.first, cell.poses), other = segment(pair.second, cell.poses);

@@ -144,8 +144,8 @@ void Prediction::note_left(const PartMemories* memories) {
   }
 }
 
-// A tool that has no row in the tick that runs holds: its goal is where it was when that began. One
-// that has a row of another kind than a motion has none.
+// A tool that has no row in the tick that runs holds: its goal is where it was when that began, if
+// anybody knew it then. One that has a row of another kind than a motion has none.
 void Prediction::note_new_goals(const RowBefore& before) {
   std::array<const ActionPart*, max_parts> acting{};
   const auto note = [&](const RowBefore& row) {
@@ -158,10 +158,11 @@ void Prediction::note_new_goals(const RowBefore& before) {
     const ModelTool& tool = model_.tools[i];
     if (!tool.present || (acting[i] != nullptr && is_tool_motion(acting[i]->mode))) continue;
     for (Branch& branch : branches()) {
-      branch.left[i].setConstant(unset);
-      if (acting[i] == nullptr)
+      if (acting[i] == nullptr && !branch.left[i].hasNaN())
         branch.left[i] = motion_between(pose_at(tool.place, branch.poses_now()),
                                         pose_at(tool.place, measured_.poses_now()));
+      else
+        branch.left[i].setConstant(unset);
     }
   }
 }
