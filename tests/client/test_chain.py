@@ -152,3 +152,9 @@ def test_more_goals_than_a_chain_may_have_are_a_wrong_command_line(tmp_path: Pat
     assert (done.returncode, done.stderr) == (
         1, "ERROR run: --then: expected at most 999 goals after the first, got 1000\n"
     )  # fmt: skip
+
+
+def test_a_goal_whose_skill_there_is_not_is_named(tmp_path: Path) -> None:
+    done = fairlead_here("run", "go-to", "--then", "nobody-s", state=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.startswith("ERROR goal 2: skill 'nobody-s': ")

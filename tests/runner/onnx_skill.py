@@ -116,7 +116,7 @@ def install(
     (folder / "policy.onnx").write_bytes(data)
     given: dict[str, Any] = {"model": _hashed("policy.onnx", data)}
     if stats is not None:
-        text = json.dumps(stats).encode()
+        text = stats if isinstance(stats, bytes) else json.dumps(stats).encode()
         (folder / "stats.json").write_bytes(text)
         given["statistics"] = _hashed("stats.json", text) | {"form": form}
     document = load_skill("oracle-counter-to-cabinet").model_dump(mode="json", exclude_none=True)

@@ -160,7 +160,7 @@ class RldxServer:
         resets: the options of each reset.
     """
 
-    def __init__(self, answers: ANSWERS, port: int = 0) -> None:
+    def __init__(self, answers: ANSWERS, port: int = 0, host: str = "127.0.0.1") -> None:
         self.requests: list[Document] = []
         self.resets: list[Document] = []
         self.config: Document = None
@@ -169,11 +169,12 @@ class RldxServer:
         self._answers = answers
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.REP)
+        self._socket.setsockopt(zmq.IPV6, 1)
         if port:
-            self._socket.bind(f"tcp://127.0.0.1:{port}")
+            self._socket.bind(f"tcp://{host}:{port}")
         else:
-            port = self._socket.bind_to_random_port("tcp://127.0.0.1")
-        self.address = f"tcp://127.0.0.1:{port}"
+            port = self._socket.bind_to_random_port(f"tcp://{host}")
+        self.address = f"tcp://{host}:{port}"
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run)
         self._thread.start()

@@ -168,6 +168,7 @@ def test_files_that_are_missing_or_run_other_s_code_are_refused_before_anything_
         ('{"steps": [{}]}', "no processor of lerobot's: KeyError('class')"),
         ("[]", "no processor of lerobot's: TypeError"),
         ("{", "no processor of lerobot's: JSONDecodeError"),
+        ("[" * 100_000, "no processor of lerobot's: RecursionError"),
     ):  # fmt: skip
         (own / "policy_preprocessor.json").write_text(steps)
         assert text in refusal(skill)

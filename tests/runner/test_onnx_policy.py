@@ -165,6 +165,7 @@ def test_more_rows_than_the_horizon_are_refused_when_the_model_is_loaded(skills:
         ("nan", "action.std: expected 12 finite numbers, got "),
         ("negative", "action: expected std of cartesian_delta[4] at least 0, got -1"),
         ("list", "stats.json: expected a map, got list"),
+        ("deep", "stats.json: not JSON: maximum recursion depth"),
     ],
 )
 def test_statistics_that_are_not_the_skill_s_are_refused(
@@ -177,6 +178,8 @@ def test_statistics_that_are_not_the_skill_s_are_refused(
         stats["action"]["std"][4] = float("inf")
     elif change == "negative":
         stats["action"]["std"][4] = -1.0
+    elif change == "deep":
+        stats = b"[" * 100_000
     else:
         stats = [] if change == "list" else stats | change
     assert text in refusal(install(skills, linear(WEIGHTS), stats))

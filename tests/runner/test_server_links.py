@@ -188,6 +188,15 @@ def test_an_answer_that_is_too_large_is_not_taken_in(closing: list[Any]) -> None
     assert text.endswith("no answer within 2 s; the link was lost meanwhile")
 
 
+def test_a_server_may_have_an_ipv6_address(closing: list[Any]) -> None:
+    server = RldxServer(rldx_answer, host="[::1]")
+    closing.append(server)
+    skill = load_skill(RLDX)
+    policy = RldxZmqPolicy.from_options(skill, skill.policy.options | {"address": server.address})
+    assert len(policy.infer(observation(skill))) == len(ROWS)
+    policy._link.close()
+
+
 @pytest.mark.parametrize("address", ["tcp://*:5555", "tcp://a@b:1", "tcp://ü.invalid:5555"])
 def test_an_address_that_cannot_be_dialled_is_no_server_s(address: str) -> None:
     skill = load_skill(RLDX)

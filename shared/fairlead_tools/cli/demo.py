@@ -141,7 +141,7 @@ def _cut(run: Run, robot: RobotManifest, ticks: tuple[int, int] | None, log: Pat
         raise ConfigError(f"plot: {log}: no chunk in it: nothing was asked of the robot")
     session, first, last = claim
     around = round(AROUND_S * 1e9 / robot.tick_period_ns)
-    first, last = ticks or (first - around, last + around)
+    first, last = ticks or (max(first - around, 0), last + around)
     if last - first > MOST_TICKS:
         raise ConfigError(
             f"plot: {last - first} ticks are too many for a picture (at most {MOST_TICKS}); "

@@ -179,10 +179,14 @@ def _chain_of(
         ]
         chain = Chain(goals=(first, *others), most_goals=1 + len(others))
         skills = [what, *(skill.strip() for skill, _, _ in steps)]
-    goals = [
-        goal.model_copy(update={"skill": installed_skill(skill)})
-        for goal, skill in zip(chain.goals, skills, strict=True)
-    ]
+    goals = []
+    for goal, skill in zip(chain.goals, skills, strict=True):
+        try:
+            goals.append(goal.model_copy(update={"skill": installed_skill(skill)}))
+        except ConfigError as error:
+            if len(skills) == 1:
+                raise
+            raise ConfigError(f"goal {goal.name}: {error}") from None
     return chain.model_copy(update={"goals": tuple(goals)})
 
 

@@ -154,7 +154,7 @@ def read_normalisers(
     where = f"{WHO}: {folder / statistics.file}"
     try:
         document = json.loads(statistics.read(folder))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ConfigError(f"{where}: not JSON: {error}") from None
     if not isinstance(document, dict):
         raise ConfigError(expected(where, "a map", type(document).__name__))

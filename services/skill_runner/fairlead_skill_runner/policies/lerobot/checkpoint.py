@@ -49,7 +49,7 @@ def _check_steps(path: Path) -> None:
     try:
         steps = json.loads(path.read_text(encoding="utf-8"))["steps"]
         classes = [step["class"] for step in steps if "registry_name" not in step]
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ConfigError(f"{WHO}: {path}: no processor of lerobot's: {error!r}") from None
     for name in classes:
         if not str(name).startswith(_OURS):
@@ -89,7 +89,7 @@ def check_dataset(skill: SkillManifest, folder: Path) -> None:
         named = {key: _listed(info["features"][key]["names"]) for key in (STATE, _ACTION)}
     except OSError as error:
         raise ConfigError(f"{WHO}: dataset: {path}: cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ConfigError(f"{WHO}: dataset: {path}: no LeRobotDataset: {error!r}") from None
     problems = [
         expected(f"the names of {key}", " or ".join(map(", ".join, ours)), ", ".join(joints))

@@ -15,7 +15,9 @@ from fairlead_skill_runner.policies.remote.served_policy import (
 )
 from fairlead_skill_runner.policies.remote.zmq_link import WHO
 
-ADDRESS = ServerAddress(r"^tcp://[^/\s:]+:[0-9]{1,5}$", "tcp://127.0.0.1:5555")
+ADDRESS = ServerAddress(
+    r"^tcp://([^/\s:\[\]]+|\[[0-9A-Fa-f:.%]+\]):[0-9]{1,5}$", "tcp://127.0.0.1:5555"
+)
 
 
 class NamedAction(BaseModel):

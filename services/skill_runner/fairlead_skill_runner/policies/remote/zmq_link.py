@@ -80,6 +80,7 @@ class ZmqLink:
         self._socket = zmq.Context.instance().socket(zmq.REQ)
         self._monitor = self._socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.IPV6, 1)  # besides IPv4
         self._socket.setsockopt(zmq.MAXMSGSIZE, _MESSAGE_MAX_BYTES)  # a larger one ends the link
         try:
             self._socket.connect(self._options.address)
@@ -167,7 +168,7 @@ class ZmqLink:
 def _listens(address: str) -> bool:
     host, _, port = address.removeprefix("tcp://").rpartition(":")
     try:
-        with socket.create_connection((host, int(port)), timeout=1.0):
+        with socket.create_connection((host.strip("[]"), int(port)), timeout=1.0):
             return True
     except OSError:
         return False
