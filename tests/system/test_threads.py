@@ -1,8 +1,7 @@
-"""Which thread runs what in services that run a goal; docs/design.md names the threads."""
+"""Which thread runs what in services that run a goal."""
 
 from __future__ import annotations
 
-import re
 from contextlib import nullcontext, suppress
 from pathlib import Path
 
@@ -54,13 +53,8 @@ ENTRY_POINTS: dict[str, tuple[str, ...]] = {
     "motion.jsonl": (),
     "trace.jsonl": (),
 }
-"""Methods that each thread calls, and no other thread."""
-
-
-def test_the_document_names_each_thread() -> None:
-    text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
-    section = text.partition("## Threads of a Python service")[2].partition("\n## ")[0]
-    assert set(re.findall(r"`([\w.]+)`(?=: |, `)", section)) == set(ENTRY_POINTS)
+"""Methods that each thread calls, and no other thread. `main` is the event loop, which never
+blocks; `receive` gets each message and sends the result; the last two write files."""
 
 
 @pytest.mark.parametrize(
