@@ -140,7 +140,7 @@ def row(case: Case, found: dict[str, Any]) -> str:
     codes = ", ".join(f"{count} {code}" for code, count in sorted(refused.items())) or "-"
     ticks = f"{found['median_ticks']:g}" if found["median_ticks"] is not None else "-"
     cells = (
-        case.name, case.skill, case.pacing, f"{case.latency_ms:g}",
+        case.name, case.pacing, f"{case.latency_ms:g}",
         f"{found['succeeded']} of {len(episodes)}", ticks, codes,
         str(sum(one["stalls"] or 0 for one in episodes)),
     )  # fmt: skip
@@ -148,8 +148,8 @@ def row(case: Case, found: dict[str, Any]) -> str:
 
 
 HEADER = (
-    "| policy | skill | pacing | late by ms | succeeded | median ticks | refused or cut "
-    "| stalls |\n|---|---|---|---|---|---|---|---|"
+    "| policy | pacing | late by ms | succeeded | median ticks | refused or cut | stalls |\n"
+    "|---|---|---|---|---|---|---|"
 )
 
 

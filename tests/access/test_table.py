@@ -58,9 +58,6 @@ WORDS: dict[str, frozenset[Role]] = {
 """Whom the words of the design mean."""
 
 
-OF_PEOPLE = "a person's query"
-
-
 class Listed(NamedTuple):
     """A row of the design's table."""
 
@@ -71,14 +68,15 @@ class Listed(NamedTuple):
 
 def rows() -> list[tuple[str, str, str, str]]:
     """Key, kind, who writes and who reads, as a person wrote them down; `*` for what is in angle
-    brackets."""
+    brackets, `@` for a person's name."""
     text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
     table = text.partition("## Keys")[2].partition("\n## ")[0]
     assert "Tools may also read all that is published, and the tokens of" in table.replace(
         "\n", " "
     )
     found = re.findall(r"^\| `([^`]+)` \| (.+) \| (.+) \| (.+) \|$", table, re.M)
-    return [(key, *row) for keys, *row in found for key in _spelt_out(re.sub("<[^>]+>", "*", keys))]
+    short = [(re.sub("<[^>]+>", "*", keys.replace("<person>", "@")), *row) for keys, *row in found]
+    return [(key, *row) for keys, *row in short for key in _spelt_out(keys)]
 
 
 def listed() -> dict[str, Listed]:
@@ -86,12 +84,12 @@ def listed() -> dict[str, Listed]:
     return {
         key: Listed(kind, _meant(writers), _meant(readers))
         for key, kind, writers, readers in rows()
-        if kind != OF_PEOPLE
+        if not key.endswith("@")
     }
 
 
 def test_it_has_the_key_of_a_person_for_each_command_that_the_design_lists() -> None:
-    keys = {key for key, kind, *_ in rows() if kind == OF_PEOPLE}
+    keys = {key.replace("@", "*") for key, *_ in rows() if key.endswith("@")}
     assert keys == {of_person(row.key, "*") for row in TABLE if row.person}
 
 

@@ -23,8 +23,6 @@ def test_the_contracts_know_every_folder_of_the_shared_package() -> None:
     (contract,) = [one for one in CONTRACTS["contracts"] if one.get("containers")]
     folders = {path.parts[2] for path in python_files("shared/fairlead/") if len(path.parts) > 3}
     assert {name for layer in contract["layers"] for name in re.findall(r"\w+", layer)} == folders
-    said = text_of(Path("docs/design.md")).partition("Inside `shared/fairlead`")[2]
-    assert set(re.findall(r"`(\w+)`", said)) == folders
 
 
 def test_no_module_of_tests_is_imported_by_another() -> None:

@@ -24,7 +24,7 @@ GUARDS = {
     "FrameSubscription": "which way a camera's frames come: `receive`, `frames`, `main`",
     "CameraProcess": "the number of requested frames: `tick`, the camera's thread",
 }
-"""What each lock guards, and the threads that take it (docs/design.md: which thread runs what)."""
+"""What each lock guards, and the threads that take it (tests/system/test_threads.py)."""
 
 
 def made() -> Iterator[tuple[str, str]]:

@@ -37,20 +37,24 @@ def newcomer(tmp_path: Path) -> Iterator[Person]:
         terminal.process.wait(timeout=30.0)
 
 
-def walked(newcomer: Person, document: str) -> list[str]:
-    """What each command of a document printed, but for the robot that is up in its terminal."""
-    said: list[str] = []
+def commands(document: str) -> list[str]:
     text = (DOCS / document).read_text(encoding="utf-8")
-    for block in re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S):
-        for line in block.splitlines():
-            if " up " in line:
-                up = newcomer.start(line, "up")
-                up.wait_for(lambda line: " is up" in line, "the robot is up")
-                continue
-            done = newcomer.shell(line)
-            wanted = 1 if " run " in line else 0
-            assert done.returncode == wanted, f"{line}\n{done.stdout}{done.stderr}"
-            said.append(done.stdout)
+    blocks = re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S)
+    return [line for block in blocks for line in block.splitlines()]
+
+
+def walked(newcomer: Person, lines: list[str]) -> list[str]:
+    """What each command printed, but for the robot that is up in its terminal."""
+    said: list[str] = []
+    for line in lines:
+        if " up " in line:
+            up = newcomer.start(line, "up")
+            up.wait_for(lambda line: " is up" in line, "the robot is up")
+            continue
+        done = newcomer.shell(line)
+        wanted = 1 if " run " in line else 0
+        assert done.returncode == wanted, f"{line}\n{done.stdout}{done.stderr}"
+        said.append(done.stdout)
     assert "refused" not in "".join(newcomer.terminals["up"].lines)
     assert newcomer.terminals["up"].process.wait(timeout=30.0) == 0
     return said
@@ -66,7 +70,7 @@ def farthest(newcomer: Person, monkeypatch: pytest.MonkeyPatch) -> float:
 def test_my_first_robot_brings_a_robot_that_moves(
     newcomer: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    new, unasked, _, run, asked, _ = walked(newcomer, "my-first-robot.md")
+    new, unasked, _, run, asked, _ = walked(newcomer, commands("my-first-robot.md"))
     assert "hal_mujoco cannot move it" not in new
     assert re.search(r"^HAL +open +none runs on this machine", unasked, re.M)
     assert "my-arm-wave deadline after 6" in run
@@ -78,9 +82,10 @@ def test_my_first_robot_brings_a_robot_that_moves(
 def test_my_hal_brings_a_hal_of_ones_own_that_moves_the_robot(
     newcomer: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    *_, run, asked, _ = walked(newcomer, "hal.md")
+    new, check, up, _, *rest = commands("my-first-robot.md")
+    *_, run, asked, _ = walked(newcomer, [new, check, *commands("hal.md"), up, *rest])
     assert "command: [python, ./minimal_hal.py]" in (newcomer.folder / "my_arm.yaml").read_text()
     assert any("minimal" in line for line in newcomer.terminals["up"].lines if "[hal]" in line)
-    assert "my-wave deadline after 6" in run
+    assert "my-arm-wave deadline after 6" in run
     assert re.search(r"^HAL +ok +joints, parts, modes and period as in robot.yaml", asked, re.M)
     assert farthest(newcomer, monkeypatch) > WAVED_RAD
