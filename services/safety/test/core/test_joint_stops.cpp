@@ -80,6 +80,23 @@ TEST_CASE("G032 two capsules keep their clearance where one joint stops at once"
   CHECK(code(slid_only - 0.04 + eps) == 32);
 }
 
+TEST_CASE("G031 of what is measured to move one joint may go on for a tick, another stop at once") {
+  // At 1 rad/s and -0.7 m/s, told to stop: either goes 0.05 or -0.035 on, and as far again twice.
+  MeasuredState state = at_rest();
+  state.velocities[turn_z] = 1.0;
+  state.velocities[slide_y] = -0.7;
+  const auto code = [&](double lowest, double highest) {
+    const Limits limits = in_volume(false, {-1, lowest, 0}, {2, highest, 1});
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::joint_velocity, {{0, 0, 0, 0, 0, 0}}, {turn_z, slide_y});
+    return free_arm::judge(limits, chunk.chunk, state).evidence.code;
+  };
+  const double turned = 0.7 * std::sin(0.15);
+  CHECK(code(-0.105 - eps, turned + eps) == 0);
+  CHECK(code(-0.105 - eps, turned - eps) == 31);
+  CHECK(code(-0.105 + eps, turned + eps) == 31);
+}
+
 TEST_CASE("G031 a forecast and what is out already are judged by all joints together") {
   const Limits limits = in_volume(false, {-1, -1, 0}, {2, turned_only - eps, 1});
   CHECK(turned_back(limits, at_rest(), 0).evidence.ok());

@@ -156,8 +156,9 @@ Evidence TrajectoryCheck::check_momentum_of(const Branch& start) {
   prediction_.coast_one_tick(branch);
   Clearance clearance;
   const Braking braking = braking_of(branch);
+  // One joint may go on while another is told to stop.
   const Evidence evidence =
-      check_body(branch, braking, Interval{branch.now, branch.now}, clearance);
+      check_body(branch, {branch.before, braking}, Interval{branch.now, branch.now}, clearance);
   return evidence.ok() ? check_zones(branch, braking) : evidence;
 }
 
@@ -173,18 +174,19 @@ Evidence TrajectoryCheck::check_branch(std::size_t index) {
 
 Evidence TrajectoryCheck::check_row(const Branch& branch, Clearance& clearance) {
   const Braking braking = braking_of(branch);
-  Evidence evidence = check_body(branch, braking, prediction_.interval(), clearance);
+  Evidence evidence =
+      check_body(branch, {branch.now, braking}, prediction_.interval(), clearance);
   if (evidence.ok()) evidence = check_singularities(branch, braking);
   if (evidence.ok()) evidence = check_zones(branch, braking);
   return evidence;
 }
 
 // Bounds, volumes and pairs.
-Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& braking,
+Evidence TrajectoryCheck::check_body(const Branch& branch, const Stop& stop,
                                      const Interval& interval, Clearance& clearance) {
   const Evidence evidence =
-      check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
-  if (evidence.ok() && !shape_check_.has_nothing()) return check_shapes(branch, braking, clearance);
+      check_braking(model_, branch, stop.braking.end(), interval, prediction_.commanded());
+  if (evidence.ok() && !shape_check_.has_nothing()) return check_shapes(branch, stop, clearance);
   return evidence;
 }
 
@@ -231,10 +233,11 @@ ZoneConstraint TrajectoryCheck::zones(const Branch& branch, double way) {
 }
 
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
-Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& braking,
+Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Stop& stops,
                                        Clearance& clearance) {
+  const Braking& braking = stops.braking;
   const DisplacementBound row(model_, branch.before, branch.now),
-      stop(model_, branch.now, braking.end());
+      stop(model_, stops.from, braking.end());
   const double clear_before = shape_check_.clear_fraction_of(clearance, row);
   Evidence evidence = budget_.take();
   if (evidence.ok())
@@ -249,7 +252,7 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& brak
   // Clear by the whole way of all is clear by each joint's.
   if (!evidence.ok() || clear >= 1.0 || prediction_.is_forecast()) return evidence;
   return StopCells(model_, shape_check_, branch.poses_before(), budget_, rest_, between_)
-      .certify(branch.now, braking.end());
+      .certify(stops.from, braking.end());
 }
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
