@@ -86,7 +86,7 @@ def tried(
     pairs = [(name, service) for name in who for service in deployment.services]
     configs, said = {}, {}
     for name, service in pairs:
-        listen = deployment.services[service].listen
+        listen = deployment.listen(service)
         one = Endpoints(connect=[listen], mode="client", access=who[name])
         configs[f"{name}@{service}"] = one.config()
         put, ask = set(table.may(name, "write", "published")), table.may(name, "write", "query")

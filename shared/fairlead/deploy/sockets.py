@@ -2,7 +2,8 @@
 
 ``sockets`` lies beside what proves their names (`fairlead.deploy.credentials`), so whoever finds
 the one finds the other: in a shell, a unit or a container. The kernel takes no socket's path of
-more than 107 bytes; a longer one is named by a link ``/tmp/fairlead-UID/DIGEST`` to that folder.
+more than 107 bytes: where it is longer, a link ``/tmp/fairlead-UID/DIGEST`` names that folder, and
+no service's name is too long for that.
 """
 
 from __future__ import annotations
@@ -20,35 +21,31 @@ from fairlead.paths import access_variable, make_private
 
 LONGEST_PATH = 107
 """Bytes, of a socket."""
+SHORT = "/tmp/fairlead"  # noqa: S108 - it is checked
 
 _PROTOCOL = "unixsock-stream/"
 _PLAIN = re.compile(r"[^?#;]*")  # what else a Zenoh endpoint ends at
-_DIGITS = 16
+_DIGITS = 10
 
 
 def socket_endpoint(keys: Keys, service: str) -> str:
     """Where a service listens and its peers find it; the folder is made, and is private.
 
     Raises:
-        ConfigError: others can enter the folder; it cannot be made; the path is too long.
+        ConfigError: others can enter the folder, or it cannot be made.
     """
     folder = access_dir(keys) / "sockets"
-    path = folder / service
+    path = folder / f"{service}.sock"  # Zenoh makes a file with .lock behind that
     try:
         make_private(folder)
         check_private(folder, "correct it, or delete it")
         if not _fits(path):
-            path = _short(folder) / service
+            path = _short(folder) / path.name
     except OSError as error:
         raise ConfigError(
             f"{service}: its socket: {error.filename or folder}: {error.strerror}; "
             f"{access_variable()} names another folder"
         ) from None
-    if not _fits(path):
-        raise ConfigError(
-            f"{service}: its socket {path}: expected at most {LONGEST_PATH} bytes, got "
-            f"{len(os.fsencode(path))}; give the service a shorter name"
-        )
     return f"{_PROTOCOL}{path}"
 
 
@@ -70,7 +67,7 @@ def _fits(path: Path) -> bool:
 
 def _link(folder: Path) -> Path:
     digest = hashlib.sha256(os.fsencode(folder)).hexdigest()[:_DIGITS]
-    return Path(f"/tmp/fairlead-{os.geteuid()}/{digest}")  # noqa: S108 - checked
+    return Path(f"{SHORT}-{os.geteuid()}", digest)
 
 
 def _short(folder: Path) -> Path:
