@@ -177,7 +177,7 @@ ROWS = (
         partial(onlooker, signal.SIGSTOP)),
     Row(33, "a reader that takes 0.2 s a message, then is killed", NO_EFFECT, None, "robot",
         partial(onlooker, signal.SIGKILL)),
-    Row(33, "1,200 connections that say nothing, to the services' ports", NO_EFFECT, None, "robot",
+    Row(33, "1,200 connections that say nothing, to the services", NO_EFFECT, None, "robot",
         partial(flooded, "connections")),
     Row(33, "status queries, each asked again once answered, by six", NO_EFFECT, None, "robot",
         partial(flooded, "queries")),
