@@ -82,16 +82,6 @@ class Deployment(BaseModel):
         except ConfigError as error:
             raise ValueError(str(error)) from None  # so that the file's other problems show too
 
-    @field_validator("services")
-    @classmethod
-    def _endpoints_differ(cls, value: dict[str, ServiceSpec]) -> dict[str, ServiceSpec]:
-        owners: dict[str, str] = {}
-        for name, spec in value.items():
-            other = owners.setdefault(spec.listen or name, name)
-            if other != name:
-                raise ValueError(f"{name}.listen: {other} listens on {spec.listen} too")
-        return value
-
     @model_validator(mode="after")
     def _places_fit(self) -> Deployment:
         taken = (*self.hosts, *self.services, self.localiser)

@@ -64,8 +64,11 @@ def service_problems(
     Args:
         closed: they listen where others cannot come.
     """
-    problems = []
+    problems, owners = [], dict[str, str]()
     for name, spec in services.items():
+        other = owners.setdefault(spec.listen or name, name)
+        if other != name:
+            problems.append(f"services.{name}.listen: {other} listens on {spec.listen} too")
         if hosts and spec.host not in hosts:
             got = repr(spec.host) if spec.host else "none"
             problems.append(expected(f"services.{name}.host", "a host", got, hosts))
