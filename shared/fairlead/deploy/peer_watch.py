@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Collection
 
 from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.deployment import Deployment
@@ -28,7 +29,7 @@ async def watch_peers(
         left -= {name for name in left if secrets.session_id(name) in bus.peers}
         if not left:
             return
-        here = {name for name in left if is_listening(socket_path(deployment.listen(name)))}
+        here = await asyncio.to_thread(_listening, deployment, left)
         for name in sorted(here & listened):
             log.warning(
                 "%s gives %s no link: what listens there hangs, is another program, or was started "
@@ -36,3 +37,7 @@ async def watch_peers(
             )  # fmt: skip
         left -= here & listened
         listened = here
+
+
+def _listening(deployment: Deployment, names: Collection[str]) -> set[str]:
+    return {name for name in names if is_listening(socket_path(deployment.listen(name)))}

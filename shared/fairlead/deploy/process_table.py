@@ -103,9 +103,9 @@ def _listeners() -> Iterator[tuple[Place, str]]:
                 fields = row.split()
                 if fields[3] == _LISTEN:
                     yield int(fields[1].rpartition(":")[2], 16), fields[9]
-    with suppress(OSError), Path("/proc/net/unix").open(errors="surrogateescape") as rows:
-        for row in rows:
-            fields = row.rstrip("\n").split(maxsplit=7)
+    with suppress(OSError), Path("/proc/net/unix").open("rb") as table_of:
+        for raw in table_of:
+            fields = os.fsdecode(raw.rstrip(b"\n")).split(maxsplit=7)
             if fields[3] == _ACCEPTS and len(fields) == 8:  # else it has no path
                 yield fields[7], fields[6]
 

@@ -50,6 +50,7 @@ class ScratchOptions:
     options: by service name, merged over the service's own options.
     localiser: who sends ``map -> odom``; "" for the HAL, whatever the file says.
     access: as in a deployment file, whatever the copied one says.
+    ports: where access is open, services listen on ports, not on sockets.
     """
 
     id: str = ""
@@ -58,6 +59,7 @@ class ScratchOptions:
     options: dict[str, dict[str, Any]] = field(default_factory=dict)
     localiser: str = ""
     access: Literal["closed", "open"] = "closed"
+    ports: bool = False
 
 
 def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch:
@@ -76,7 +78,7 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
         services[original.hal] = dict(options.hal)
     for port, (name, spec) in zip(free_ports(len(services)), services.items(), strict=True):
         spec.pop("listen", None)
-        if options.access == "open":
+        if options.ports:
             spec["listen"] = f"tcp/127.0.0.1:{port}"
         spec["host"] = ""  # peers, all of them here
         spec["options"] = spec.get("options", {}) | options.options.get(name, {})
