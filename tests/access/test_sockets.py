@@ -13,11 +13,12 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+import yaml
 
 from bench.equipment.live_robot import wait_for
 from bench.faults.live_stage import LiveStage, live_stage
 from fairlead.deploy.credentials import access_dir
-from fairlead.deploy.deployment import load_deployment
+from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.sockets import LONGEST_PATH, forget_sockets, socket_endpoint, socket_path
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
@@ -170,6 +171,15 @@ def test_robots_namespaces_and_folders_of_credentials_never_meet(
         for keys in names:
             forget_sockets(keys)
     assert len(set(paths)) == len(paths) == 12
+
+
+@pytest.mark.usefixtures("access")
+def test_where_access_is_open_a_service_has_a_port_if_the_file_says_so() -> None:
+    spec = yaml.safe_load(FILE.read_text(encoding="utf-8")) | {"access": "open"}
+    spec["services"]["hal"]["listen"] = "tcp/127.0.0.1:7501"
+    gate = Deployment.model_validate(spec).endpoints("safety")
+    own = socket_endpoint(Keys("panda_mobile"), "safety")
+    assert (gate.listen, gate.connect, gate.access) == ([own], ["tcp/127.0.0.1:7501"], {})
 
 
 @pytest.mark.processes
