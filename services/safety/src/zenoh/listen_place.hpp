@@ -5,8 +5,9 @@
 
 namespace fairlead {
 
-/// Throws StartFailed naming the place if `endpoint` (tcp/HOST:PORT, unixsock-stream/PATH) cannot be
-/// listened on because another process does. Other endpoints, and other faults, are left to Zenoh.
+/// Throws StartFailed naming the place if `endpoint` (tcp/HOST:PORT, unixsock-stream/PATH) cannot
+/// be listened on because another process does. Other endpoints, and other faults, are left to
+/// Zenoh.
 void check_listen_place(const std::string& endpoint);
 
 }  // namespace fairlead
