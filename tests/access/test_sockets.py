@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -130,6 +131,14 @@ def test_no_folder_and_no_name_makes_a_path_that_the_kernel_refuses(far: Path, n
     assert (access_dir(ONE) / "sockets" / f"{name}.sock").is_socket()
     with closing(ZenohBus(Endpoints(listen=[socket_endpoint(ONE, name)]))):
         pass
+
+
+def test_a_link_to_what_was_deleted_goes_with_the_next(far: Path) -> None:
+    gone, kept = path_of(Keys("gone"), "hal").parent, path_of(ONE, "hal").parent
+    shutil.rmtree(far / "gone")
+    path_of(Keys("next"), "hal")
+    assert not gone.is_symlink() and kept.is_symlink()
+    forget_sockets(Keys("next"))
 
 
 @pytest.mark.usefixtures("far")

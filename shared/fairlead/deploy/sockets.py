@@ -78,6 +78,9 @@ def _short(folder: Path) -> Path:
     if link.parent.is_symlink():
         raise ConfigError(f"access: {link.parent}: expected a folder, got a link; delete it")
     check_private(link.parent, f"delete it, or {access_variable()} names a shorter folder")
+    for one in link.parent.iterdir():
+        if not one.exists():  # its deployment's folder was deleted
+            one.unlink(missing_ok=True)
     with suppress(FileExistsError):
         link.symlink_to(folder)
     if link.readlink() != folder:
