@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import re
+import shutil
 import signal
 import sys
 import tempfile
@@ -28,10 +30,11 @@ os.environ["FAIRLEAD_SKILLS"] = str(
     Path(tempfile.gettempdir()) / f"fairlead-tests-{os.getuid()}-no-skills"
 )
 
-# Passwords of what tests start lie beside, whatever state folder a command is given.
-os.environ["FAIRLEAD_ACCESS"] = str(
-    Path(tempfile.gettempdir()) / f"fairlead-tests-{os.getuid()}-access"
-)
+# Passwords and sockets of what tests start lie beside, whatever state folder a command is given:
+# this process's own, so that robots of one name in tests that run beside it are others.
+_access = Path(tempfile.gettempdir()) / f"fairlead-tests-{os.getuid()}-{os.getpid()}-access"
+os.environ["FAIRLEAD_ACCESS"] = str(_access)
+atexit.register(shutil.rmtree, _access, ignore_errors=True)
 
 # A shell starts what it runs in the background with Ctrl-C ignored, and children inherit that:
 # the processes that tests interrupt must hear it wherever the tests were started.

@@ -52,12 +52,8 @@ DELTA_M = 0.01
 
 def everybody(robot: str, file: Path) -> dict[str, Any]:
     """What closes access for a session with everybody's rights and, in a file, for its gate."""
-    services = {
-        name: {"run": run, "listen": f"tcp/127.0.0.1:{port}"}
-        for port, (name, run) in enumerate(
-            (("hal", "hal_kinematic"), ("safety", "safety"), (SOURCE, "skill_runner")), start=1
-        )
-    }
+    kinds = {"hal": "hal_kinematic", "safety": "safety", SOURCE: "skill_runner"}
+    services = {name: {"run": run} for name, run in kinds.items()}
     deployment = Deployment.model_validate({"robot": robot, "id": robot, "services": services})
     gate, own = (
         dict(deployment.endpoints("safety").access),

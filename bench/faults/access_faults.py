@@ -131,9 +131,7 @@ def diallers(robot: LiveStage) -> Sequence[Endpoints]:
     deployment = robot.client.deployment
     access = deployment.tool_endpoints(deployment.runners[0]).access
     proof = {name: part for name, part in access.items() if name == "transport"}
-    listens = [
-        deployment.services[one].listen for one in (deployment.hal, deployment.only("safety"))
-    ]
+    listens = [deployment.listen(one) for one in (deployment.hal, deployment.only("safety"))]
     return [Endpoints(connect=[listen], mode="client", access=proof) for listen in listens]
 
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from fairlead.deploy.access import OPERATOR
 from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.sockets import socket_path
 from fairlead.errors import FairleadError
 from fairlead.messages import (
     NO_TRACE,
@@ -97,13 +98,12 @@ def _queries(deployment: Deployment) -> None:
 
 
 def _connections(deployment: Deployment) -> None:
-    """As many to each service's port."""
-    ports = [int(one.listen.rpartition(":")[2]) for one in deployment.services.values()]
+    """As many to each service."""
+    places = [socket_path(deployment.listen(one)) for one in deployment.services]
     crowd = []
     for number in range(CONNECTIONS):
-        crowd.append(socket.socket())
-        crowd[-1].setblocking(False)
-        crowd[-1].connect_ex(("127.0.0.1", ports[number % len(ports)]))
+        crowd.append(socket.socket(socket.AF_UNIX))
+        crowd[-1].connect(places[number % len(places)])
     print("ready", flush=True)
     threading.Event().wait()
 

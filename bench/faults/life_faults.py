@@ -162,6 +162,6 @@ ROWS = (
         None, "orders", start_order, injections=len(ORDERS)),
     Row(41, "each service killed while idle", "the next goal moves the robot", None, "robot",
         idle_restarts, injections=2),
-    Row(41, "a second HAL, a second gate on a busy port", "each ends and names the port", None,
+    Row(41, "a second HAL, a second gate while one runs", "each ends and names the socket", None,
         "robot", second_of_a_kind, injections=2),
 )  # fmt: skip

@@ -253,6 +253,7 @@ def live_stage(
     options = ScratchOptions(
         pacing=pacing,
         access=changes.access,
+        ports=changes.access == "open",
         hal=LIGHT_HAL if simulator is None else None,
         options={"hal": dict(simulator or {})},
     )

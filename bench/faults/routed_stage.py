@@ -51,7 +51,6 @@ def routed_deployment(folder: Path, router_port: int) -> dict[str, Any]:
     """The shipped deployment on one host, around a router."""
     content: dict[str, Any] = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
     for spec in content["services"].values():
-        del spec["listen"]
         spec["host"] = HOST
     content["services"]["hal"] = {**LIGHT_HAL, "host": HOST}
     content |= {"hosts": {HOST: "127.0.0.1"}, "pacing": "realtime", "id": f"routed{router_port}"}

@@ -8,7 +8,6 @@ import pytest
 import yaml
 
 from bench.faults.live_stage import live_stage
-from fairlead_tools.supervisor.this_host import free_ports
 from tests.access.spoken import assert_says, running
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(240)]
@@ -17,8 +16,7 @@ pytestmark = [pytest.mark.processes, pytest.mark.timeout(240)]
 def test_it_names_those_that_do_not_know_its_password(tmp_path: Path) -> None:
     with live_stage(tmp_path / "stage") as robot:
         content = yaml.safe_load(robot.robot.scratch.file.read_text(encoding="utf-8"))
-        listen = f"tcp/127.0.0.1:{free_ports(1)[0]}"
-        content["services"]["second"] = {"run": "skill_runner", "listen": listen}
+        content["services"]["second"] = {"run": "skill_runner"}
         file = tmp_path / "more.yaml"
         file.write_text(yaml.safe_dump(content), encoding="utf-8")
         words = ["service", str(file), "second", "--state-dir", str(tmp_path / "second")]

@@ -48,5 +48,5 @@ def test_the_operator_may_not_do_what_is_a_runners_own(tmp_path: Path) -> None:
 
 def test_of_an_open_deployment_it_says_that_nothing_enforces_it(tmp_path: Path) -> None:
     done = fairlead_here("acl", "show", str(opened(tmp_path)), state=tmp_path)
-    why = "access is open, as its file says: whoever reaches a port may move the robot"
+    why = "access is open, as its file says: whoever reaches a service may move the robot"
     assert f"WARNING nothing enforces this: {why}" in done.stdout

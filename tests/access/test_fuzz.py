@@ -57,7 +57,7 @@ def test_whatever_a_name_sends_all_services_go_on(live: LiveRobot, name: str) ->
             for one in rights(parties)
             if name in one.write and service in one.read and one.kind != "token"
         }
-        listen = deployment.services[service].listen
+        listen = deployment.listen(service)
         config = Endpoints(connect=[listen], mode="client").config()
         with closing(session_of(config)) as session:
             for key, kind in sorted(keys):

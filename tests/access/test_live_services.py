@@ -86,7 +86,7 @@ def tried(
     pairs = [(name, service) for name in who for service in deployment.services]
     configs, said = {}, {}
     for name, service in pairs:
-        listen = deployment.services[service].listen
+        listen = deployment.listen(service)
         one = Endpoints(connect=[listen], mode="client", access=who[name])
         configs[f"{name}@{service}"] = one.config()
         put, ask = set(table.may(name, "write", "published")), table.may(name, "write", "query")
@@ -139,18 +139,20 @@ def test_open_each_identity_is_told_and_taken_for_anybody(
         assert f"{kind} {UNREADABLE}" in log_of(opened, "hal")
 
 
-def test_closed_another_user_has_no_link_without_a_password(
-    closed: LiveStage, tmp_path: Path, as_nobody: int
+@pytest.mark.parametrize("is_own", [True, False])
+def test_closed_who_has_no_password_has_no_link_and_another_user_has_none_with_one(
+    closed: LiveStage, tmp_path: Path, as_nobody: int, is_own: bool
 ) -> None:
     password = dict(proofs(closed)["operator"]["transport"]["auth"]["usrpwd"])
     del password["dictionary_file"]  # that only this user can read
     told = {"transport": {"auth": {"usrpwd": password}}}
-    result = tried(closed, tmp_path, {**STRANGERS, "operator": told}, as_nobody)
-    for name in STRANGERS:
+    user = None if is_own else as_nobody
+    result = tried(closed, tmp_path, {**STRANGERS, "operator": told}, user)
+    for name in STRANGERS if is_own else result.counted:
         links = sum(one.links for (who, _), one in result.found.items() if who == name)
         assert (name, result.heard(name), result.counted[name], links) == (name, set(), 0, 0)
     joints = Heard("put", closed.client.keys.joints)
-    assert joints in result.found["operator", "hal"].heard, "who was told one hears"
+    assert (joints in result.found["operator", "hal"].heard) == is_own
 
 
 def test_open_another_user_is_told_and_taken_for_anybody(

@@ -81,7 +81,7 @@ def test_of_an_admin_space_that_is_on_the_probe_sees_what_access_lets_through(
     deployment, found = scratch.deployment, Found()
     hal = endpoints_of(deployment, "hal").config() | {"adminspace": {"enabled": True}}
     proof = proof_of(endpoints_of(deployment, "operator").access)
-    dials = Endpoints(connect=[deployment.services["hal"].listen], mode="client", access=proof)
+    dials = Endpoints(connect=[deployment.listen("hal")], mode="client", access=proof)
     status = deployment.parties.keys.hal_status
     asked = [*wildcards(deployment.parties), status]  # the last has its answer after all others
 

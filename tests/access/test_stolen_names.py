@@ -51,7 +51,7 @@ def session_of(robot: LiveStage, name: str) -> ZenohBus:
 def link_to_hal(robot: LiveStage) -> ZenohBus:
     """On one host nobody but the HAL hears it."""
     deployment = robot.client.deployment
-    hal = deployment.services[deployment.hal].listen
+    hal = deployment.listen(deployment.hal)
     return ZenohBus(Endpoints(connect=[hal]))  # a client is passed on to others
 
 

@@ -144,7 +144,7 @@ def test_whatever_the_order_in_the_file_the_hal_dials_nobody_and_the_gate_only_i
     turned = deployment.model_copy(update={"services": services})
     for one in (deployment, turned):
         assert one.endpoints("hal").connect == []
-        assert one.endpoints("safety").connect == [one.services["hal"].listen]
+        assert one.endpoints("safety").connect == [one.listen("hal")]
         assert len(one.endpoints("runner").connect) == 3
 
 

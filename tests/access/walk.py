@@ -192,7 +192,7 @@ class Walker:
 
     def _dialling(self, name: str, service: str, access: Mapping[str, Any]) -> Party:
         # A client sends everything that it says, a peer only what others say that they want.
-        listen = self.deployment.services[service].listen
+        listen = self.deployment.listen(service)
         if not self.parties.dials(name, service):  # to that one the id is whom it dials
             access = {part: value for part, value in access.items() if part != "id"}
         one = Endpoints(connect=[listen], mode="client", access=access)
@@ -205,7 +205,7 @@ class Walker:
     def stranger(self, name: str, access: Mapping[str, Any]) -> None:
         """One that is no party dials every service and acts; then these act."""
         services = self.parties.services
-        listens = [self.deployment.services[service].listen for service in services]
+        listens = [self.deployment.listen(service) for service in services]
         with closing(self._lawless(name, Endpoints(connect=listens, access=access))) as one:
             one.act()
             self._compare(f"who dials with {name}", set(), partial(_always, name))
@@ -223,7 +223,7 @@ class Walker:
         """
         self._live.pop(name).close()
         diallers = [one for one in self._live if self.parties.dials(one, name)]
-        listen = self.deployment.services[name].listen
+        listen = self.deployment.listen(name)
         with closing(self._lawless(name, Endpoints(listen=[listen], access=access))) as impostor:
             wait_for(lambda: len(impostor.neighbours) == len(diallers), f"all dial {name}", WAIT_S)
             self._found.settled(all_came)

@@ -37,9 +37,9 @@ class TerminalInput(io.StringIO):
 
 
 SERVICES = {
-    "hal": ServiceSpec(run="hal_sim", listen="tcp/127.0.0.1:1"),
-    "safety": ServiceSpec(run="safety", listen="tcp/127.0.0.1:2"),
-    "runner": ServiceSpec(run="skill_runner", listen="tcp/127.0.0.1:3"),
+    "hal": ServiceSpec(run="hal_sim"),
+    "safety": ServiceSpec(run="safety"),
+    "runner": ServiceSpec(run="skill_runner"),
 }
 
 

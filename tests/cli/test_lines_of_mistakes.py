@@ -44,12 +44,11 @@ def refusal(file: Path) -> list[str]:
 @pytest.mark.parametrize(
     ("old", "new", "at", "said"),
     [
-        ("    listen: tcp/127.0.0.1:7504\n", "", "runner:", "services.runner.listen: missing"),
-        ("7503", "7501", "listen: tcp/127.0.0.1:7501\n  runner",
-         "services: state_assembler.listen: hal listens on tcp/127.0.0.1:7501 too"),
+        ("{run: safety}", "{run: safety, listen: tcp/127.0.0.1:7502}", "listen:",
+         "services.safety.listen: leave it out: on one host services listen where this user alone"),
         ("namespace: fl ", "localiser: hal ", "localiser", "localiser: 'hal' is a service of"),
         ("  runner:\n", "  operator:\n", "operator:", "services.operator: tools have this name"),
-        ("    run: safety\n", "", "safety:\n    listen",
+        ("{run: safety}", "{host: ''}", "safety: {host",
          "services.safety: expected run or command, got neither"),
     ],
 )  # fmt: skip

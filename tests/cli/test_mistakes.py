@@ -72,8 +72,7 @@ def test_with_nothing_running_the_way_to_start_is_named(command: str, tmp_path: 
 
 def test_asking_a_robot_that_does_not_answer_names_who_is_missing(tmp_path: Path) -> None:
     file = tmp_path / "elsewhere.yaml"
-    text = (COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8")
-    file.write_text(text.replace(":750", ":1"), encoding="utf-8")  # ports where nobody listens
+    file.write_bytes((COMPOSE / "panda_mobile_sim.yaml").read_bytes())
     done = fairlead("status", "--deployment", str(file), state=tmp_path)
     check(
         done,
@@ -91,11 +90,14 @@ def test_a_broken_deployment_file_is_named_with_every_problem(
 
 
 COMPOSED = (COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8")
+OPENED = "access: open\n" + COMPOSED.replace(
+    "    run: hal_sim\n", "    run: hal_sim\n    listen: tcp/127.0.0.1:7501\n"
+).replace("{run: safety}", "{run: safety, listen: tcp/127.0.0.1:7502}")
 BROKEN_FILES = {
     "nothing in it": ("", "expected `key: value` lines, got nothing"),
     "a list": ("- 1\n", "expected `key: value` lines, got list"),
-    "a port that cannot be": (COMPOSED.replace(":7502", ":99999"), "services.safety.listen: "),
-    "two services on a port": (COMPOSED.replace(":7502", ":7501"), "safety.listen: hal listens on"),
+    "a port that cannot be": (OPENED.replace(":7502", ":99999"), "services.safety.listen: "),
+    "two services on a port": (OPENED.replace(":7502", ":7501"), "safety.listen: hal listens on"),
     "a key given twice": (COMPOSED + "id: twice\n", "key 'id' is given twice, first in line "),
 }
 

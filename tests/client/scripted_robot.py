@@ -48,9 +48,9 @@ DEPLOYMENT = Deployment.model_validate(
         "id": "r",
         "profile": "sim",
         "services": {
-            "hal": ServiceSpec(run="hal_sim", listen="tcp/127.0.0.1:1"),
-            "safety": ServiceSpec(run="safety", listen="tcp/127.0.0.1:2"),
-            "runner": ServiceSpec(run="skill_runner", listen="tcp/127.0.0.1:3"),
+            "hal": ServiceSpec(run="hal_sim"),
+            "safety": ServiceSpec(run="safety"),
+            "runner": ServiceSpec(run="skill_runner"),
         },
     }
 )

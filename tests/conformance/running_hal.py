@@ -18,7 +18,6 @@ from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.wire.session import ZenohBus
 from fairlead_tools.conformance.hal_check import CheckOptions, HalCheck, ask_hal, check_hal
 from fairlead_tools.supervisor.command_line import service_command
-from fairlead_tools.supervisor.this_host import free_ports
 from tests.late_machine import is_busy
 from tests.repo.tree import ROOT
 
@@ -31,7 +30,7 @@ HOLD_S = 0.5
 
 @dataclass(frozen=True)
 class Wanted:
-    """A HAL's line in a deployment file, without where it listens, its robot, what to check.
+    """A HAL's line in a deployment file, its robot, what to check.
 
     Attributes:
         expected: whether this is what should be found.
@@ -58,14 +57,13 @@ class RunningHal:
 def running_hal(folder: Path, name: str, wanted: Wanted) -> Iterator[RunningHal]:
     """Start it, wait until it is ready, end it."""
     (folder / name / "state").mkdir(parents=True)
-    hal_port, gate_port = free_ports(2)
     spec = {
         "robot": wanted.robot,
         "id": name,
         "pacing": wanted.pacing,
         "services": {
-            "hal": {**wanted.hal, "listen": f"tcp/127.0.0.1:{hal_port}"},
-            "safety": {"run": "safety", "listen": f"tcp/127.0.0.1:{gate_port}"},
+            "hal": wanted.hal,
+            "safety": {"run": "safety"},
         },
     }
     file, log = folder / name / "deployment.yaml", folder / name / "log"

@@ -10,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from bench.equipment.running_gate import RunningGate
-from fairlead.paths import deployment_path, gate_config, repo_root
+from fairlead.paths import deployment_path, repo_root
 from fairlead_tools.supervisor.command_line import service_command
 from tests.cli.command import fairlead, fairlead_here
 from tests.conformance.quick_robot import NAME, write_quick_robot
@@ -39,18 +38,13 @@ def test_a_hal_that_is_no_simulator_is_not_moved_unasked(hal: RunningHal, tmp_pa
 
 
 def test_a_gate_that_is_alive_is_named_and_nothing_is_sent(hal: RunningHal, tmp_path: Path) -> None:
-    own = hal.deployment.services["safety"].listen
-    access = service_command(hal.file, hal.deployment, "safety", tmp_path)[-2:]
-    gate = RunningGate(
-        gate_config("panda", "sim"), tmp_path, "--new-state", *access,
-        robot="panda", port=int(own.rpartition(":")[2]),
-        connect=[int(hal.deployment.services["hal"].listen.rpartition(":")[2])],
-    )  # fmt: skip
-    try:
-        gate.wait_line("session")
-        done = fairlead("hal", "check", str(hal.file), "--yes", state=tmp_path)
-    finally:
-        gate.close()
+    words = [*service_command(hal.file, hal.deployment, "safety", tmp_path), "--new-state"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as gate:
+        try:
+            assert gate.stdout is not None and any("session" in line for line in gate.stdout)
+            done = fairlead("hal", "check", str(hal.file), "--yes", state=tmp_path)
+        finally:
+            gate.kill()
     assert done.returncode == 1
     assert "a gate is alive on this robot's bus" in done.stderr
     assert "--without safety" in done.stderr

@@ -84,7 +84,7 @@ def test_a_servo_too_stiff_for_the_timestep_is_said_before_anything_starts(desk:
     (wrong,) = desk.findings("mine", "wrong")
     assert "give their joints armature or a lower kp" in wrong[1]
     file = desk.folder / "mine.yaml"
-    file.write_text(file.read_text().replace("hal_kinematic,", "hal_mujoco,"))
+    file.write_text(file.read_text().replace("hal_kinematic}", "hal_mujoco}"))
     measured = fairlead_here("robot", "measure", "mine", state=desk.folder)
     assert "ERROR hal_mujoco: the simulation diverged at" in measured.stderr
     assert "Traceback" not in measured.stderr

@@ -17,7 +17,6 @@ from fairlead.paths import deployment_path, gate_binary, robot_dir
 from fairlead.robot.gate_file import sealed
 from fairlead_tools.supervisor.child import is_ready_line
 from fairlead_tools.supervisor.command_line import check_gate_file
-from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead
 
 pytestmark = pytest.mark.processes
@@ -72,10 +71,7 @@ def test_a_limit_written_into_the_gate_file_by_hand_is_refused_at_start_and_by_u
     assert line.startswith(f"ERROR fairlead-safety: configuration {config}: {EDITED}")
     assert line.endswith(FIX)
     deployment = tmp_path / "one.yaml"
-    services = {
-        kind: {"run": kind, "listen": f"tcp/127.0.0.1:{port}"}
-        for kind, port in zip(("hal_mujoco", "safety", "skill_runner"), free_ports(3), strict=True)
-    }
+    services = {kind: {"run": kind} for kind in ("hal_mujoco", "safety", "skill_runner")}
     deployment.write_text(
         yaml.safe_dump({"robot": ROBOT, "id": ROBOT, "pacing": "lockstep", "services": services})
     )

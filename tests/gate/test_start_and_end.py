@@ -35,6 +35,27 @@ def test_a_busy_port_is_named(config: Path, tmp_path: Path) -> None:
     )
 
 
+def test_a_busy_socket_is_named_and_a_killed_gates_is_taken_over(
+    config: Path, tmp_path: Path
+) -> None:
+    endpoint = f"unixsock-stream/{tmp_path}/gate.sock"
+    words = [str(gate_binary()), "--robot", "r", "--config", str(config), "--listen", endpoint]
+    for round_ in ("first", "after a kill"):
+        with subprocess.Popen(
+            [*words, "--state-dir", str(tmp_path / round_)], stdout=subprocess.PIPE, text=True
+        ) as first:
+            assert first.stdout is not None
+            assert any(line.endswith(": ready\n") for line in first.stdout), round_
+            another = [*words, "--state-dir", str(tmp_path / "another")]
+            second = subprocess.run(another, capture_output=True, text=True, check=False)
+            first.kill()
+        assert second.returncode == 1
+        assert second.stdout.endswith(
+            f"ERROR fairlead-safety: its socket ({endpoint}) is in use by another process; "
+            "see which: fairlead ps\n"
+        )
+
+
 def test_a_second_gate_for_the_same_robot_refuses_to_start(
     scene: Scene, config: Path, tmp_path: Path
 ) -> None:

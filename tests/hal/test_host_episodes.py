@@ -84,7 +84,7 @@ def second_hal(first: HalProcess, spec: dict[str, Any], state_dir: Path) -> str:
 
 def test_a_second_hal_on_the_same_port_says_what_to_look_for(realtime: HalProcess) -> None:
     said = second_hal(realtime, realtime.spec, realtime.folder / "other")
-    assert "the port is in use by another process; see which: fairlead ps" in said
+    assert "in use by another process; see which: fairlead ps" in said
 
 
 def beside(first: HalProcess) -> dict[str, Any]:

@@ -52,6 +52,7 @@ class BusyHal:
             for name, port in ports.items()
         }
         spec = {"robot": "panda", "id": KEYS.robot, "pacing": "realtime", "services": services}
+        spec["access"] = "open"  # each listens on a port of its own
         (folder / "robot.yaml").write_text(yaml.safe_dump(spec, sort_keys=False))
         words = [sys.executable, str(folder / "busy.py"), "--deployment"]
         words += [str(folder / "robot.yaml"), "--service", "hal", "--state-dir", str(folder)]

@@ -57,8 +57,7 @@ def running(scratch: Scratch) -> Iterator[None]:
 def with_script(script: Path, folder: Path) -> Scratch:
     """The deployment, with a script as its HAL."""
     source = yaml.safe_load(SOURCE.read_text(encoding="utf-8"))
-    listen = source["services"]["hal"]["listen"]
-    source["services"]["hal"] = {"command": ["python", str(script)], "listen": listen}
+    source["services"]["hal"] = {"command": ["python", str(script)]}
     file = folder / "with_a_script.yaml"
     file.write_text(yaml.safe_dump(source, sort_keys=False), encoding="utf-8")
     return make_scratch(file, folder / "state", ScratchOptions(options={"runner": RUNNER}))

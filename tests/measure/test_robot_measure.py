@@ -227,7 +227,7 @@ def test_a_drafted_robot_is_measured_by_the_file_that_is_here_and_without_physic
     proposed = with_physics["proposed"]["measured"]["lift"]["tolerance"]
     assert 0.05 < proposed <= declared  # what lets a chunk begin while the servo is behind
     file = tmp_path / "mine.yaml"
-    file.write_text(file.read_text().replace("hal_mujoco,", "hal_kinematic,"))
+    file.write_text(file.read_text().replace("hal_mujoco}", "hal_kinematic}"))
     assert measured("mine", tmp_path)["findings"] == [
         "no joint reported an effort: without physics no number here is the robot's own"
     ]

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -16,23 +17,21 @@ from bench.equipment.live_robot import wait_for
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead_tools.supervisor.command_line import service_command
-from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead as command
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.plugins.package import install, run
 from tests.repo.tree import ROOT
 
 MINIMAL = ROOT / "docs" / "examples" / "minimal_hal.py"
+NUMBERS = count()
 OURS = "valid: hal_kinematic, hal_mujoco, hal_ros2, hal_sim, hal_so101 from fairlead 0.1.0"
 
 
 def deployment(folder: Path, hal: dict[str, Any], *others: str) -> Path:
     """A deployment file of the Panda with a HAL, the gate, and other services by their kind."""
     specs = {"hal": hal, "safety": {"run": "safety"}, **{name: {"run": name} for name in others}}
-    for port, spec in zip(free_ports(len(specs)), specs.values(), strict=True):
-        spec["listen"] = f"tcp/127.0.0.1:{port}"
     file = folder / "robot.yaml"
-    identity = {"robot": "panda", "id": f"plug{port}", "pacing": "lockstep"}
+    identity = {"robot": "panda", "id": f"plug{next(NUMBERS)}", "pacing": "lockstep"}
     file.write_text(yaml.safe_dump(identity | {"services": specs}, sort_keys=False))
     return file
 

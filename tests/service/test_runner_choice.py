@@ -14,10 +14,9 @@ from fairlead.operate.runner_choice import choose_runner
 def deployment(**skills: list[str] | None) -> Deployment:
     """One with a runner for each name, and the skills that it lists; None: no list."""
     services: dict[str, Any] = {}
-    for number, (name, listed) in enumerate(skills.items()):
+    for name, listed in skills.items():
         options = {} if listed is None else {"skills": listed}
-        listen = f"tcp/127.0.0.1:{7800 + number}"
-        services[name] = {"run": "skill_runner", "listen": listen, "options": options}
+        services[name] = {"run": "skill_runner", "options": options}
     return Deployment.model_validate({"robot": "panda_mobile", "id": "r", "services": services})
 
 
@@ -56,7 +55,7 @@ def test_a_name_that_is_no_runner_is_refused_with_the_runners() -> None:
 
 
 def test_a_deployment_without_a_runner_says_so() -> None:
-    hal = {"hal": {"run": "hal_sim", "listen": "tcp/127.0.0.1:7800"}}
+    hal = {"hal": {"run": "hal_sim"}}
     of = Deployment.model_validate({"robot": "panda_mobile", "id": "r", "services": hal})
     assert refusal(of, "wave") == (
         "deployment r: has no skill_runner, so it runs no skills; a program of your own can claim "

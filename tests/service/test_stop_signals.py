@@ -11,8 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from fairlead_tools.supervisor.this_host import free_ports
-
 pytestmark = pytest.mark.processes
 
 SCRIPT = Path(__file__).with_name("stubborn_service.py")
@@ -25,7 +23,6 @@ id: panda_mobile
 services:
   runner:
     run: skill_runner
-    listen: tcp/127.0.0.1:PORT
 """
 
 
@@ -35,7 +32,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
     def run(mode: str) -> subprocess.Popen[str]:
         deployment = tmp_path / "deployment.yaml"
-        deployment.write_text(DEPLOYMENT.replace("PORT", str(free_ports(1)[0])))
+        deployment.write_text(DEPLOYMENT)
         arguments = ["--deployment", deployment, "--service", "runner", "--state-dir", tmp_path]
         process = subprocess.Popen(
             [sys.executable, SCRIPT, mode, *map(str, arguments)],

@@ -20,7 +20,6 @@ from fairlead.paths import robot_dir
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.shape.robot_model import robot_model
 from fairlead_tools.supervisor.command_line import service_environment
-from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead_here as fairlead
 from tests.shape.own_robot import NAME, own_robot
 from tests.shape.wrong_descriptions import MISTAKES, Mistake, mistaken
@@ -28,9 +27,8 @@ from tests.shape.wrong_descriptions import MISTAKES, Mistake, mistaken
 
 def hal_start(tmp_path: Path, robot: str, kind: str = "hal_mujoco") -> subprocess.Popen[str]:
     """Start the HAL alone."""
-    service = {"run": kind, "listen": f"tcp/127.0.0.1:{free_ports(1)[0]}"}
     deployment = tmp_path / "deployment.yaml"
-    spec = {"robot": robot, "id": robot, "pacing": "lockstep", "services": {"hal": service}}
+    spec = {"robot": robot, "id": robot, "pacing": "lockstep", "services": {"hal": {"run": kind}}}
     deployment.write_text(yaml.safe_dump(spec))
     return subprocess.Popen(
         [sys.executable, "-m", "fairlead.hal.serve", "--deployment", str(deployment),

@@ -10,19 +10,17 @@ import pytest
 import pytest_asyncio
 import yaml
 
-from fairlead_tools.supervisor.this_host import free_ports
 from tests.supervisor.bench import Bench
 
 
 @pytest.fixture
 def deployment_file(tmp_path: Path) -> Path:
-    ports = free_ports(2)
     content = {
         "robot": "panda_mobile",
         "id": f"r{os.getpid()}",
         "services": {
-            "hal": {"run": "hal_sim", "listen": f"tcp/127.0.0.1:{ports[0]}"},
-            "runner": {"run": "skill_runner", "listen": f"tcp/127.0.0.1:{ports[1]}"},
+            "hal": {"run": "hal_sim"},
+            "runner": {"run": "skill_runner"},
         },
     }
     path = tmp_path / "deployment.yaml"

@@ -36,8 +36,8 @@ def test_the_gate_gets_its_compiled_file_and_connects_to_the_services_above_it()
         "--service", "safety",
         "--config", str(gate_config("panda_mobile", "sim")),
         "--state-dir", "/state/safety",
-        "--listen", "tcp/127.0.0.1:7502",
-        "--connect", "tcp/127.0.0.1:7501",
+        "--listen", deployment.listen("safety"),
+        "--connect", deployment.listen("hal"),
     ]  # fmt: skip
 
 

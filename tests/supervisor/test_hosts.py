@@ -110,12 +110,11 @@ def test_a_file_is_refused_with(mistake: str, tmp_path: Path) -> None:
     assert text in problem(tmp_path, changed)
 
 
-def test_peers_need_an_endpoint_each_and_no_host(tmp_path: Path) -> None:
+def test_peers_have_no_host_and_no_port_while_access_is_closed(tmp_path: Path) -> None:
     read = yaml.safe_load((COMPOSE / "panda_mobile_sim.yaml").read_text(encoding="utf-8"))
-    read["services"]["hal"] |= {"host": "robot", "listen": ""}
-    del read["services"]["hal"]["listen"]
+    read["services"]["hal"] |= {"host": "robot", "listen": "tcp/127.0.0.1:7501"}
     said = problem(tmp_path, read)
-    assert "services.hal.listen: missing (or give hosts and a router)" in said
+    assert "services.hal.listen: leave it out: on one host services listen where this user" in said
     assert "services.hal.host: 'robot', but there are no hosts" in said
 
 

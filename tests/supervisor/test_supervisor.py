@@ -11,9 +11,12 @@ import textwrap
 from pathlib import Path
 
 import pytest
+import yaml
 
 from fairlead.deploy.process_table import process_id
+from fairlead.deploy.sockets import socket_path
 from fairlead.errors import ServiceError
+from fairlead_tools.supervisor.this_host import free_ports
 from tests.supervisor.bench import STUBBORN, WAIT_S, WITH_A_CHILD, Bench, wait_until
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.processes]
@@ -126,12 +129,25 @@ async def test_a_second_start_of_a_running_deployment_is_refused_naming_pid_and_
     assert len(bench.registry.entries()) == 1  # the refusal did not forget the running one
 
 
-async def test_a_busy_port_is_refused_naming_service_port_pid_and_fix(bench: Bench) -> None:
-    spec = bench.supervisor.deployment.services["runner"].listen
-    port = spec.rpartition(":")[2]
+def open_to_all(file: Path, port: int) -> None:
+    content = yaml.safe_load(file.read_text(encoding="utf-8")) | {"access": "open"}
+    content["services"]["runner"]["listen"] = f"tcp/127.0.0.1:{port}"
+    file.write_text(yaml.safe_dump(content), encoding="utf-8")
+
+
+@pytest.mark.parametrize("access", ["closed", "open"])
+async def test_a_busy_place_is_refused_naming_service_place_pid_and_fix(
+    access: str, bench: Bench, deployment_file: Path
+) -> None:
+    port = free_ports(1)[0]
+    if access == "open":
+        open_to_all(deployment_file, port)
+        bench.supervisor = bench.another()
+    path = socket_path(bench.supervisor.deployment.listen("runner"))
+    family, place = ("UNIX", repr(path)) if path else ("INET", f"('127.0.0.1', {port})")
     program = f"""
         import socket
-        s = socket.socket(); s.bind(("127.0.0.1", {port})); s.listen(); print("on", flush=True)
+        s = socket.socket(socket.AF_{family}); s.bind({place}); s.listen(); print("on", flush=True)
         input()
     """
     command = [sys.executable, "-c", textwrap.dedent(program)]
@@ -141,7 +157,8 @@ async def test_a_busy_port_is_refused_naming_service_port_pid_and_fix(bench: Ben
         with pytest.raises(ServiceError) as caught:
             await bench.supervisor.start()
         squatter.kill()
-    assert f"runner: its port {port} is taken by pid {squatter.pid} (" in str(caught.value)
+    what = f"socket {path}" if path else f"port {port}"
+    assert f"runner: its {what} is taken by pid {squatter.pid} (" in str(caught.value)
     assert f"stop that first (kill {squatter.pid})" in str(caught.value)
 
 

@@ -148,10 +148,7 @@ def robot(
     name, pacing, runners = request.param
     deployment = yaml.safe_load((repo_root() / "compose" / f"{name}.yaml").read_text())
     services = deployment["services"]
-    port = max(int(one["listen"].rpartition(":")[2]) for one in services.values())
-    for number, runner in enumerate(runners[1:], 1):
-        another = {"listen": f"tcp/127.0.0.1:{port + number}"}
-        services[runner] = services["runner"] | another
+    services |= dict.fromkeys(runners[1:], services["runner"])
     source = tmp_path / f"{name}.yaml"
     source.write_text(yaml.safe_dump(deployment), encoding="utf-8")
     scratch = make_scratch(source, tmp_path / "state", ScratchOptions(pacing=pacing))

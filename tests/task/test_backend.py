@@ -22,7 +22,6 @@ from fairlead_hal_sim.introspection import simulator_slot
 from fairlead_hal_sim.options import HalSimOptions, SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
 from fairlead_hal_sim.snapshot import restore_snapshot, take_snapshot
-from fairlead_tools.supervisor.this_host import free_ports
 from tests.packing.vectors import JOINTS, base_velocity, delta, mode, opening
 
 pytestmark = pytest.mark.simulator
@@ -285,7 +284,6 @@ def test_a_hal_process_with_a_wrong_part_order_ends_with_the_right_one_and_no_tr
 ) -> None:
     spec = yaml.safe_load((repo_root() / "compose" / "panda_mobile_sim.yaml").read_text())
     spec["services"]["hal"]["options"]["part_order"] = ["right", "base", "torso"]
-    spec["services"]["hal"]["listen"] = f"tcp/127.0.0.1:{free_ports(1)[0]}"
     file = tmp_path / "deployment.yaml"
     file.write_text(yaml.safe_dump(spec))
     command = [sys.executable, "-m", "fairlead.hal.serve", "--deployment", str(file)]

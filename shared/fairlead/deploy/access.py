@@ -233,8 +233,7 @@ class Secrets:
 def session_access(parties: Parties, own: str, secrets: Secrets) -> dict[str, Any]:
     """The part of a Zenoh configuration that makes a session one of this party's.
 
-    It has a password in it: it goes into no log and on no command line. Whoever listens in the
-    place of a service could pass on what proves who dials it: but no second link has one id.
+    It has a password in it: it goes into no log and on no command line.
     """
     every = list(grants(parties))
     subjects: list[tuple[dict[str, Any], list[dict[str, Any]]]] = []

@@ -3,6 +3,7 @@
 ``$FAIRLEAD_ACCESS`` (default ``access`` in the user's state folder) has for each deployment
 
     <id>/passwords         a line ``name:password`` for each party, if there is no router
+    <id>/sockets           see `fairlead.deploy.sockets`
     <id>/<service>.json    what a service that is not in Python needs for its session
 
 and what `fairlead.deploy.certificates` lists.

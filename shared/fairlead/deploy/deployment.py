@@ -26,12 +26,11 @@ from fairlead.deploy.hosts import (
     long_names,
     people_problems,
     place_of,
-    require_no_others,
     service_problems,
-    without_anothers,
 )
 from fairlead.deploy.routed_access import client_access
 from fairlead.deploy.service_spec import EXTERNAL, OWN_SERVICES, ServiceName, ServiceSpec
+from fairlead.deploy.sockets import socket_endpoint
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import Keys, check_name
 from fairlead.plugins import HALS
@@ -44,7 +43,7 @@ _FOLDERS = ("access", "router", "running")  # of what all robots of a machine ha
 class Deployment(BaseModel):
     """One robot's services.
 
-    On one host they are peers: every service listens on its own endpoint and connects to those
+    On one host they are peers: every service listens on its own socket and connects to those
     before it in `Parties.services`, so that each pair has exactly one link whatever the start
     order. On several hosts they, and all tools, are clients of one router.
     """
@@ -60,7 +59,7 @@ class Deployment(BaseModel):
         default="", description="who sends map -> odom, as <name> in tf/<name>; empty: the HAL"
     )
     access: Literal["closed", "open"] = Field(
-        default="closed", description="open: whoever reaches a port may do anything"
+        default="closed", description="open: whoever reaches a service may do anything"
     )
     hosts: dict[str, str] = Field(default_factory=dict, description="address of each host")
     router: RouterSpec | None = None
@@ -82,16 +81,6 @@ class Deployment(BaseModel):
             return check_name("deployment", value)
         except ConfigError as error:
             raise ValueError(str(error)) from None  # so that the file's other problems show too
-
-    @field_validator("services")
-    @classmethod
-    def _endpoints_differ(cls, value: dict[str, ServiceSpec]) -> dict[str, ServiceSpec]:
-        owners: dict[str, str] = {}
-        for name, spec in value.items():
-            other = owners.setdefault(spec.listen or name, name)
-            if other != name:
-                raise ValueError(f"{name}.listen: {other} listens on {spec.listen} too")
-        return value
 
     @model_validator(mode="after")
     def _places_fit(self) -> Deployment:
@@ -130,10 +119,10 @@ class Deployment(BaseModel):
 
     @property
     def open_access(self) -> str:
-        """A warning where whoever reaches a port may do anything; else ""."""
+        """A warning where whoever reaches a service may do anything; else ""."""
         if self.access == "closed":
             return ""
-        said = "access is open, as its file says: whoever reaches a port may move the robot"
+        said = "access is open, as its file says: whoever reaches a service may move the robot"
         return said + "; no certificate proves its people" * bool(self.people)
 
     @property
@@ -172,17 +161,24 @@ class Deployment(BaseModel):
         """Endpoints of one named service.
 
         Raises:
-            ConfigError: no such service, password or certificate; others have a place it dials.
+            ConfigError: no such service, password or certificate; others can reach its socket.
         """
-        spec = self.services.get(service)
-        if spec is None:
+        if service not in self.services:
             raise ConfigError(expected("deployment", "a service", repr(service), self.services))
         if self.router is not None:
             return self.tool_endpoints(service)
-        before = {name: self.services[name].listen for name in self.parties.before(service)}
-        if not self.open_access:
-            require_no_others(service, before)
-        return Endpoints([spec.listen], list(before.values()), access=self._access(service))
+        before = [self.listen(name) for name in self.parties.before(service)]
+        return Endpoints([self.listen(service)], before, access=self._access(service))
+
+    def listen(self, service: str) -> str:
+        """Where a service listens; "" for a client of the router.
+
+        Raises:
+            ConfigError: others can reach its socket, or it cannot be made.
+        """
+        if self.router is not None:
+            return ""
+        return self.services[service].listen or socket_endpoint(self.keys, service)
 
     def tool_endpoints(self, party: str = OPERATOR) -> Endpoints:
         """Endpoints of what listens nowhere and connects to every service.
@@ -200,8 +196,7 @@ class Deployment(BaseModel):
                 router_host=self.router.host,
                 access=self._access(party),
             )
-        others = {name: spec.listen for name, spec in self.services.items() if name != party}
-        connect = [*others.values()] if self.open_access else without_anothers(others)
+        connect = [self.listen(name) for name in self.services if name != party]
         return Endpoints(connect=connect, access=self._access(party))
 
     def _access(self, party: str) -> dict[str, Any]:

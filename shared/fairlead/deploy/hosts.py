@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import ipaddress
-import logging
 import re
 from collections.abc import Collection, Mapping, Sequence
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from fairlead.deploy.process_table import Place, is_trusted_at
 from fairlead.deploy.service_spec import ServiceSpec
-from fairlead.errors import ConfigError, expected
+from fairlead.errors import expected
 
 ROUTER = "router"
 """The router's name beside the services, in logs and in lists of processes."""
 
-_LOG = logging.getLogger("access")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_\-]*")
 _ADDRESS = re.compile(r"[A-Za-z0-9][A-Za-z0-9.:\-]*")
 
@@ -62,13 +59,16 @@ def host_problems(hosts: dict[str, str], router: RouterSpec, certified: bool) ->
 def service_problems(
     services: Mapping[str, ServiceSpec], hosts: Collection[str], closed: bool
 ) -> list[str]:
-    """What does not fit in where services are: on one of the hosts, or, without any, listening.
+    """What does not fit in where services are: on one of the hosts, or all on one without any.
 
     Args:
-        closed: passwords alone prove names where there are no hosts, and nothing is encrypted.
+        closed: they listen where others cannot come.
     """
-    problems = []
+    problems, owners = [], dict[str, str]()
     for name, spec in services.items():
+        other = owners.setdefault(spec.listen or name, name)
+        if other != name:
+            problems.append(f"services.{name}.listen: {other} listens on {spec.listen} too")
         if hosts and spec.host not in hosts:
             got = repr(spec.host) if spec.host else "none"
             problems.append(expected(f"services.{name}.host", "a host", got, hosts))
@@ -76,12 +76,11 @@ def service_problems(
             problems.append(
                 f"services.{name}.listen: clients of a router listen nowhere; leave it out"
             )
-        if not hosts and not spec.listen:
-            problems.append(f"services.{name}.listen: missing (or give hosts and a router)")
-        if not hosts and spec.listen and closed and not _is_loopback(spec.listen):
+        if not hosts and spec.listen and closed:
             problems.append(
-                f"services.{name}.listen: expected an address of this machine alone, such as "
-                f"tcp/127.0.0.1:7501, got {spec.listen}: between hosts, give hosts and a router"
+                f"services.{name}.listen: leave it out: on one host services listen where this "
+                "user alone can come (between hosts: give hosts and a router; a port, for whoever "
+                "reaches it: access: open)"
             )
         if not hosts and spec.host:
             problems.append(f"services.{name}.host: {spec.host!r}, but there are no hosts")
@@ -135,48 +134,6 @@ def _is_everywhere(address: str) -> bool:
         return False
 
 
-def anothers_ports(listens: Mapping[str, str]) -> dict[str, str]:
-    """Of services by endpoint, those in whose place another user of this machine listens.
-
-    What proves a name to Zenoh does not say to whom: whoever listens there can pass it on to a
-    service that runs, and gets a link in the name of who dialled.
-
-    Returns:
-        what to say of each, by its name.
-    """
-    places = {name: place_at(listen) for name, listen in listens.items()}
-    trusted = is_trusted_at(places.values())
-    return {
-        name: f"{name}: another user listens on its port {place[1]} and could act in the name of "
-        f"whoever connects there; end that process, or give {name} another port"
-        for name, place in places.items()
-        if not trusted.get(place, True)
-    }
-
-
-def without_anothers(listens: Mapping[str, str]) -> list[str]:
-    """Endpoints without those of `anothers_ports`, which are logged."""
-    found = anothers_ports(listens)
-    for text in found.values():
-        _LOG.warning("not connected: %s", text)
-    return [listen for name, listen in listens.items() if name not in found]
-
-
-def require_no_others(who: str, listens: Mapping[str, str]) -> None:
-    """Raises `ConfigError` where somebody of that name would dial one of `anothers_ports`."""
-    for text in anothers_ports(listens).values():
-        raise ConfigError(f"{who}: {text}")
-
-
-def place_at(endpoint: str) -> Place:
-    """Address and port of an endpoint."""
-    address, _, port = endpoint.partition("/")[2].rpartition(":")
-    return address.strip("[]"), int(port)
-
-
-def _is_loopback(endpoint: str) -> bool:
-    address, _ = place_at(endpoint)
-    try:
-        return ipaddress.ip_address(address).is_loopback
-    except ValueError:  # a name
-        return address.lower() == "localhost"
+def port_of(endpoint: str) -> int:
+    """Port of an endpoint that has one."""
+    return int(endpoint.rpartition(":")[2])

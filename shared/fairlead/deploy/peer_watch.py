@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Collection
 
 from fairlead.deploy.credentials import find_secrets
 from fairlead.deploy.deployment import Deployment
-from fairlead.deploy.hosts import place_at
-from fairlead.deploy.process_table import is_trusted_at
+from fairlead.deploy.process_table import is_listening
+from fairlead.deploy.sockets import socket_path
 from fairlead.wire.session import ZenohBus
 
 CHECK_S = 2.0
@@ -28,9 +29,7 @@ async def watch_peers(
         left -= {name for name in left if secrets.session_id(name) in bus.peers}
         if not left:
             return
-        places = {name: place_at(deployment.services[name].listen) for name in left}
-        trusted = await asyncio.to_thread(is_trusted_at, places.values())
-        here = {name for name, place in places.items() if trusted.get(place, False)}
+        here = await asyncio.to_thread(_listening, deployment, left)
         for name in sorted(here & listened):
             log.warning(
                 "%s gives %s no link: what listens there hangs, is another program, or was started "
@@ -38,3 +37,7 @@ async def watch_peers(
             )  # fmt: skip
         left -= here & listened
         listened = here
+
+
+def _listening(deployment: Deployment, names: Collection[str]) -> set[str]:
+    return {name for name in names if is_listening(socket_path(deployment.listen(name)))}

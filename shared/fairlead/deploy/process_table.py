@@ -1,20 +1,19 @@
-"""Questions to Linux about processes and ports, answered from ``/proc``."""
+"""Questions to Linux about processes, ports and sockets, answered from ``/proc``."""
 
 from __future__ import annotations
 
 import os
 import signal
-import sys
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from ipaddress import IPv4Address, IPv6Address, ip_address
 from pathlib import Path
 
-Place = tuple[str, int]
-"""An address of this host and a TCP port."""
+Place = int | str
+"""A TCP port, or the path of a socket."""
 
 _LISTEN = "0A"  # TCP_LISTEN in /proc/net/tcp
+_ACCEPTS = "00010000"  # in /proc/net/unix
 _STARTED_FIELD = 19  # field 22 of /proc/PID/stat, counted after the command's bracket
 
 
@@ -80,29 +79,14 @@ def group_members(group: int) -> list[int]:
     return sorted(members)
 
 
-def is_listening(port: int) -> bool:
-    """Whether any process on this host listens on a TCP port."""
-    return any(one.port == port for one in _listeners())
+def is_listening(place: Place) -> bool:
+    """Whether any process on this host listens there."""
+    return any(one == place for one, _ in _listeners())
 
 
-def is_trusted_at(places: Collection[Place]) -> dict[Place, bool]:
-    """Of TCP places of this host, those where somebody listens: whether root or this user does.
-
-    Whoever listens at the address itself is reached before who listens at every address.
-    """
-    listeners, found = list(_listeners()), {}
-    for address, port in places:
-        at = [one for one in listeners if one.port == port]
-        exact = [one for one in at if one.address in _addresses(address)]
-        users = {one.user for one in exact or (one for one in at if one.address.is_unspecified)}
-        if users:
-            found[address, port] = users <= {0, os.geteuid()}
-    return found
-
-
-def listener_of(port: int) -> int | None:
-    """Who listens on a TCP port; None if nobody does or the owner is another user."""
-    wanted = {f"socket:[{one.inode}]" for one in _listeners() if one.port == port}
+def listener_of(place: Place) -> int | None:
+    """Who listens there; None if nobody does or the owner is another user."""
+    wanted = {f"socket:[{inode}]" for one, inode in _listeners() if one == place}
     if not wanted:
         return None
     for entry in Path("/proc").iterdir():
@@ -111,40 +95,19 @@ def listener_of(port: int) -> int | None:
     return None
 
 
-@dataclass(frozen=True)
-class _Listener:
-    address: IPv4Address | IPv6Address
-    port: int
-    user: int
-    inode: str
-
-
-def _listeners() -> Iterator[_Listener]:
-    """Each socket that listens."""
+def _listeners() -> Iterator[tuple[Place, str]]:
+    """Each place where somebody listens, and the number of its socket."""
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         with suppress(OSError), Path(table).open(encoding="ascii") as rows:  # or without IPv6
             for row in rows:
                 fields = row.split()
                 if fields[3] == _LISTEN:
-                    address, port = fields[1].split(":")
-                    yield _Listener(_address(address), int(port, 16), int(fields[7]), fields[9])
-
-
-def _address(words: str) -> IPv4Address | IPv6Address:
-    """From the kernel's hexadecimal words of 32 bits, each as this machine has it in memory."""
-    raw = b"".join(
-        int(words[at : at + 8], 16).to_bytes(4, sys.byteorder) for at in range(0, len(words), 8)
-    )
-    found = ip_address(raw)
-    return getattr(found, "ipv4_mapped", None) or found
-
-
-def _addresses(host: str) -> set[IPv4Address | IPv6Address]:
-    """What a host's name stands for here; of names there is only that of this host."""
-    try:
-        return {ip_address(host)}
-    except ValueError:
-        return {ip_address("127.0.0.1"), ip_address("::1")}
+                    yield int(fields[1].rpartition(":")[2], 16), fields[9]
+    with suppress(OSError), Path("/proc/net/unix").open("rb") as table_of:
+        for raw in table_of:
+            fields = os.fsdecode(raw.rstrip(b"\n")).split(maxsplit=7)
+            if fields[3] == _ACCEPTS and len(fields) == 8:  # else it has no path
+                yield fields[7], fields[6]
 
 
 def _open_files(process: Path) -> set[str]:

@@ -46,7 +46,7 @@ class ServiceSpec(BaseModel):
         command: instead of ``run``, a program that is a HAL. It gets ``--deployment``,
             ``--service`` and ``--state-dir``; ``python`` is the interpreter fairlead runs in, and
             words that begin with ``./`` or ``../`` are paths from the deployment file's folder.
-        listen: its endpoint, where there is no router; else "".
+        listen: where access is open, its TCP endpoint for whoever reaches that; else "".
         host: the host it runs on, where there is a router; else "".
         realtime_priority: 1 (low) to 99 of the kernel's ``SCHED_FIFO``; 0: an ordinary process.
         options: checked by the service that reads it.

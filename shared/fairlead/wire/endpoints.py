@@ -37,10 +37,10 @@ class Endpoints:
     """Where a session listens and whom it connects to.
 
     Peers do not forward for each other, so on one host every pair of services has a
-    link: each service listens on its own fixed port and connects to those listed.
+    link: each service listens on its own socket and connects to those listed.
 
     Args:
-        listen: endpoints such as ``tcp/127.0.0.1:7501``; empty for tools and clients.
+        listen: endpoints such as ``unixsock-stream//folder/hal``; empty for tools and clients.
         connect: a peer's: tried for ever, in the background; a client's: its router.
         mode: ``peer``, ``client`` (of a router) or ``router``.
         router_host: a client's: the name of the host where its router runs.

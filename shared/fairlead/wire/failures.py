@@ -36,9 +36,9 @@ def no_router(connect: Sequence[str], host: str, patience_s: float) -> Transport
 
 def no_session(listen: Sequence[str], connect: Sequence[str], error: Exception) -> TransportError:
     """The error of a peer or a router, from Zenoh's own."""
-    if "Address already in use" in str(error):
+    if "Address already in use" in str(error) or "Unable to acquire lock: EAGAIN" in str(error):
         return TransportError(
-            f"{', '.join(listen)}: the port is in use by another process; see which: fairlead ps"
+            f"{', '.join(listen)}: in use by another process; see which: fairlead ps"
         )
     return TransportError(
         f"zenoh session: cannot open with listen={list(listen)} connect={list(connect)}: {error}; "

@@ -47,7 +47,7 @@ from fairlead_tools.supervisor.command_line import (
     service_command,
     service_environment,
 )
-from fairlead_tools.supervisor.this_host import check_ports_free, choose_host
+from fairlead_tools.supervisor.this_host import check_places_free, choose_host
 
 
 @example("fairlead service panda_mujoco hal")
@@ -70,7 +70,7 @@ def one_service_command(
     host = choose_host(loaded, loaded.services[service].host or None)
     name = running_name(loaded, host)
     _refuse_second(name, service)
-    check_ports_free(loaded, [service])
+    check_places_free(loaded, [service])
     folder = (state_dir or Registry().default_state_dir(name)).absolute()
     build = new_state_command() if new_state else service_command
     words = build(deployment.absolute(), loaded, service, folder / service)
@@ -119,7 +119,7 @@ def router_command(
         return
     for one in loaded:
         choose_host(one, one.routed.host)
-        check_ports_free(one, [ROUTER])
+        check_places_free(one, [ROUTER])
     asyncio.run(_serve(endpoints, loaded))
 
 

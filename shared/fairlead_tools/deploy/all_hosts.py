@@ -13,7 +13,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.deploy.hosts import place_at
+from fairlead.deploy.hosts import port_of
 from fairlead.deploy.shared_router import check_shared
 from fairlead.errors import ConfigError, ServiceError
 from fairlead_tools.deploy.host_report import HostReport, report_this
@@ -120,10 +120,9 @@ def peer_problems(deployments: Sequence[Deployment]) -> Iterator[str]:
         if one.keys == other.keys:
             yield f"{one.id} and {other.id} have the same id; each robot needs its own"
         for (name, mine), (theirs, its) in product(one.services.items(), other.services.items()):
-            (_, port), (_, its_port) = place_at(mine.listen), place_at(its.listen)
-            if port == its_port:
+            if mine.listen and its.listen and port_of(mine.listen) == port_of(its.listen):
                 yield (
-                    f"{one.id} and {other.id} both listen on port {port} "
+                    f"{one.id} and {other.id} both listen on port {port_of(its.listen)} "
                     f"({name}, {theirs}); give one another port"
                 )
 

@@ -34,9 +34,9 @@ def compose_file(
 ) -> str:
     """Text of the compose file for one host.
 
-    The containers share the host's network, because services of a host meet on its loopback, and
-    one folder, `state` beside the file, which holds what proves their names. None waits for
-    another one: the gate and the HAL go on whatever becomes of the rest.
+    The containers share one folder, `state` beside the file, where the services of a host meet and
+    which holds what proves their names, and the host's network, where robots and routers are. None
+    waits for another one: the gate and the HAL go on whatever becomes of the rest.
 
     Args:
         file: the deployment file, where it lies on that host.

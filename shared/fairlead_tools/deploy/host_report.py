@@ -18,7 +18,7 @@ from fairlead.errors import FairleadError
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill, skill_ids
 from fairlead_tools.supervisor.before_start import checks
-from fairlead_tools.supervisor.this_host import check_ports_free, choose_host
+from fairlead_tools.supervisor.this_host import check_places_free, choose_host
 
 REACH_S = 3.0
 HASH_DIGITS = 16
@@ -77,7 +77,7 @@ def report_this(file: Path, deployment: Deployment, host: str | None) -> HostRep
             problems.append(str(error))
     for name in processes:
         try:
-            check_ports_free(deployment, [name])
+            check_places_free(deployment, [name])
         except FairleadError as error:
             problems.append(str(error))
     problems += _router_problems(deployment, host)

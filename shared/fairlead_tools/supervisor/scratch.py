@@ -21,6 +21,7 @@ import yaml
 from fairlead.deploy.credentials import forget_secrets
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.registry import Registry
+from fairlead.deploy.sockets import forget_sockets
 from fairlead.errors import ConfigError, FairleadError, ServiceError, expected
 from fairlead.operate.blocking import LoopThread
 from fairlead.operate.client import RobotClient
@@ -49,6 +50,7 @@ class ScratchOptions:
     options: by service name, merged over the service's own options.
     localiser: who sends ``map -> odom``; "" for the HAL, whatever the file says.
     access: as in a deployment file, whatever the copied one says.
+    ports: where access is open, services listen on ports, not on sockets.
     """
 
     id: str = ""
@@ -57,6 +59,7 @@ class ScratchOptions:
     options: dict[str, dict[str, Any]] = field(default_factory=dict)
     localiser: str = ""
     access: Literal["closed", "open"] = "closed"
+    ports: bool = False
 
 
 def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch:
@@ -74,7 +77,10 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
     if options.hal is not None:
         services[original.hal] = dict(options.hal)
     for port, (name, spec) in zip(free_ports(len(services)), services.items(), strict=True):
-        spec["listen"], spec["host"] = f"tcp/127.0.0.1:{port}", ""  # peers, all of them here
+        spec.pop("listen", None)
+        if options.ports:
+            spec["listen"] = f"tcp/127.0.0.1:{port}"
+        spec["host"] = ""  # peers, all of them here
         spec["options"] = spec.get("options", {}) | options.options.get(name, {})
     copy = {
         "robot": original.robot,
@@ -177,4 +183,5 @@ def scratch_robot(
             raise ServiceError(f"{error}\n{story}") from None
         finally:
             loop.run(supervisor.stop())
+            forget_sockets(scratch.deployment.keys)
             forget_secrets(scratch.deployment.keys)

@@ -25,7 +25,7 @@ from fairlead_tools.supervisor.command_line import (
 )
 from fairlead_tools.supervisor.listing import Listing
 from fairlead_tools.supervisor.slot import Slot, digests
-from fairlead_tools.supervisor.this_host import check_ports_free
+from fairlead_tools.supervisor.this_host import check_places_free
 
 STOP_GRACE_S = 5.0  # from SIGTERM to SIGKILL
 ROUTER_READY_S = 30.0
@@ -101,7 +101,7 @@ class Supervisor:
         names = self._in_order(order)
         commands = {name: self._command(name) for name in names}
         self.reserve()
-        check_ports_free(self.deployment, names)
+        check_places_free(self.deployment, names)
         for name in names:
             self._slots[name] = self._first_start(name, commands[name])
             self._write_entry()

@@ -1,4 +1,4 @@
-"""What this machine is to a deployment: which of its hosts, and which ports are free."""
+"""What this machine is to a deployment: which of its hosts, and where it can listen."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from contextlib import ExitStack
 from typing import Any
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.deploy.hosts import ROUTER, place_at
-from fairlead.deploy.process_table import command_of, is_listening, listener_of
+from fairlead.deploy.hosts import ROUTER, port_of
+from fairlead.deploy.process_table import Place, command_of, is_listening, listener_of
 from fairlead.deploy.registry import Registry
+from fairlead.deploy.sockets import socket_path
 from fairlead.errors import ConfigError, ServiceError, expected
 
 
@@ -85,27 +86,24 @@ def _hint(hosts: dict[str, str]) -> str:
     return f"; this machine has the address of {', '.join(here)}" if here else ""
 
 
-def check_ports_free(deployment: Deployment, names: Iterable[str]) -> None:
+def check_places_free(deployment: Deployment, names: Iterable[str]) -> None:
     """Make sure that nobody listens where these processes of a deployment will.
 
     Raises:
-        ServiceError: naming the service, the port and the process that has it.
+        ServiceError: naming the service, the port or socket, and the process that has it.
+        ConfigError: its socket cannot be made.
     """
     for name in names:
-        endpoint = _endpoint(deployment, name)
-        port = place_at(endpoint)[1] if endpoint else 0
-        if is_listening(port):
+        is_router = name == ROUTER and deployment.router is not None
+        endpoint = deployment.router_endpoint if is_router else deployment.listen(name)
+        socket_of = socket_path(endpoint)
+        place = socket_of or (port_of(endpoint) if endpoint else 0)
+        if is_listening(place):
             raise ServiceError(
-                f"{name}: its port {port} is taken by {_owner(port)}; stop that first "
-                f"({_how_to_stop(port)}) or give {name} another port"
+                f"{name}: its {'socket' if socket_of else 'port'} {place} is taken by "
+                f"{_owner(place)}; stop that first ({_how_to_stop(place)})"
+                + ("" if socket_of else f" or give {name} another port")
             )
-
-
-def _endpoint(deployment: Deployment, name: str) -> str:
-    """Where a process listens; "" for a client of the router."""
-    if name == ROUTER and deployment.router is not None:
-        return deployment.router_endpoint
-    return deployment.services[name].listen
 
 
 def free_ports(count: int) -> list[int]:
@@ -117,17 +115,17 @@ def free_ports(count: int) -> list[int]:
         return [int(one.getsockname()[1]) for one in sockets]
 
 
-def _how_to_stop(port: int) -> str:
+def _how_to_stop(place: Place) -> str:
     """The command that ends whoever listens: another deployment, or any process."""
-    pid = listener_of(port)
+    pid = listener_of(place)
     for entry in Registry().entries():
         if pid is not None and pid in [process.pid for process in entry.leftovers]:
             return f"fairlead down {entry.name}"
     return f"kill {pid}" if pid is not None else "ask its owner"
 
 
-def _owner(port: int) -> str:
-    pid = listener_of(port)
+def _owner(place: Place) -> str:
+    pid = listener_of(place)
     if pid is None:
         return "a process of another user"
     return f"pid {pid} ({' '.join(command_of(pid).split())[:120]})"

@@ -10,7 +10,7 @@
 #include "process/gate_process.hpp"
 #include "process/refusal.hpp"
 #include "process/thread_handover.hpp"
-#include "zenoh/listen_port.hpp"
+#include "zenoh/listen_place.hpp"
 #include "zenoh/zenoh_values.hpp"
 
 namespace fairlead {
@@ -271,7 +271,7 @@ class ZenohTransport::Session {
 ZenohTransport::ZenohTransport(const Endpoints& endpoints, KeyTable keys, const OnWait& on_wait) {
   prepare_runtime(endpoints);
   zc_init_log_from_env_or("error");
-  check_listen_port(endpoints.listen);
+  check_listen_place(endpoints.listen);
   session_ = std::make_unique<Session>(endpoints, std::move(keys), on_wait);
 }
 
