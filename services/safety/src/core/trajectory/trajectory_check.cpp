@@ -156,9 +156,10 @@ Evidence TrajectoryCheck::check_momentum_of(const Branch& start) {
   prediction_.coast_one_tick(branch);
   Clearance clearance;
   const Braking braking = braking_of(branch);
-  // One joint may go on while another is told to stop.
-  const Evidence evidence =
-      check_body(branch, {branch.before, braking}, Interval{branch.now, branch.now}, clearance);
+  Evidence evidence = check_body(branch, braking, Interval{branch.now, branch.now}, clearance);
+  // One joint may go on while another is told to stop, and does.
+  if (evidence.ok() && !shape_check_.has_nothing())
+    evidence = certify_stops(branch, branch.before, braking);
   return evidence.ok() ? check_zones(branch, braking) : evidence;
 }
 
@@ -174,19 +175,18 @@ Evidence TrajectoryCheck::check_branch(std::size_t index) {
 
 Evidence TrajectoryCheck::check_row(const Branch& branch, Clearance& clearance) {
   const Braking braking = braking_of(branch);
-  Evidence evidence =
-      check_body(branch, {branch.now, braking}, prediction_.interval(), clearance);
+  Evidence evidence = check_body(branch, braking, prediction_.interval(), clearance);
   if (evidence.ok()) evidence = check_singularities(branch, braking);
   if (evidence.ok()) evidence = check_zones(branch, braking);
   return evidence;
 }
 
 // Bounds, volumes and pairs.
-Evidence TrajectoryCheck::check_body(const Branch& branch, const Stop& stop,
+Evidence TrajectoryCheck::check_body(const Branch& branch, const Braking& braking,
                                      const Interval& interval, Clearance& clearance) {
   const Evidence evidence =
-      check_braking(model_, branch, stop.braking.end(), interval, prediction_.commanded());
-  if (evidence.ok() && !shape_check_.has_nothing()) return check_shapes(branch, stop, clearance);
+      check_braking(model_, branch, braking.end(), interval, prediction_.commanded());
+  if (evidence.ok() && !shape_check_.has_nothing()) return check_shapes(branch, braking, clearance);
   return evidence;
 }
 
@@ -233,11 +233,10 @@ ZoneConstraint TrajectoryCheck::zones(const Branch& branch, double way) {
 }
 
 // Where the row leads, on the way there, where braking from there ends, on the way to that.
-Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Stop& stops,
+Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Braking& braking,
                                        Clearance& clearance) {
-  const Braking& braking = stops.braking;
   const DisplacementBound row(model_, branch.before, branch.now),
-      stop(model_, stops.from, braking.end());
+      stop(model_, branch.now, braking.end());
   const double clear_before = shape_check_.clear_fraction_of(clearance, row);
   Evidence evidence = budget_.take();
   if (evidence.ok())
@@ -251,8 +250,14 @@ Evidence TrajectoryCheck::check_shapes(const Branch& branch, const Stop& stops,
   evidence = certify_to_end(braking, shapes(branch, stop, rest_), clear);
   // Clear by the whole way of all is clear by each joint's.
   if (!evidence.ok() || clear >= 1.0 || prediction_.is_forecast()) return evidence;
+  return certify_stops(branch, branch.now, braking);
+}
+
+// Each joint stops by itself, anywhere from there to where it was declared to come to rest.
+Evidence TrajectoryCheck::certify_stops(const Branch& branch, const Joints& from,
+                                        const Braking& braking) {
   return StopCells(model_, shape_check_, branch.poses_before(), budget_, rest_, between_)
-      .certify(stops.from, braking.end());
+      .certify(from, braking.end());
 }
 
 Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {

@@ -19,11 +19,6 @@ class TrajectoryCheck {
   [[nodiscard]] std::size_t configurations() const { return budget_.taken(); }
 
  private:
-  /// Each joint may stop anywhere from there to where it was declared to come to rest.
-  struct Stop {
-    const Joints& from;
-    const Braking& braking;
-  };
   Evidence check_momentum();
   Evidence check_momentum_of(const Branch& start);
   Evidence check_branch(std::size_t index);
@@ -37,9 +32,10 @@ class TrajectoryCheck {
   [[nodiscard]] bool commands_base() const {
     return (prediction_.commanded() & model_.base_joints) != 0;
   }
-  Evidence check_body(const Branch& branch, const Stop& stop, const Interval& interval,
+  Evidence check_body(const Branch& branch, const Braking& braking, const Interval& interval,
                       Clearance& clearance);
-  Evidence check_shapes(const Branch& branch, const Stop& stops, Clearance& clearance);
+  Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
+  Evidence certify_stops(const Branch& branch, const Joints& from, const Braking& braking);
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
   void expect_unequal_shares();
