@@ -87,3 +87,43 @@ TEST_CASE("G031 a forecast and what is out already are judged by all joints toge
   out.positions[slide_y] = 0.2;
   CHECK(turned_back(limits, out).evidence.ok());
 }
+
+// Two slides take the tool to (0.75, 0.04), and on by up to 0.25 and 0.064 in a stop. What it comes
+// nearest to is beside a side of that rectangle: all corners are clear of it, and nothing bends.
+TEST_CASE("G031, G032 between the corners of where two slides may stop") {
+  Limits limits = free_arm::limits();
+  limits.joints[slide_x].acceleration_limit = 2.0;
+  limits.joints[slide_y].acceleration_limit = 5.0;
+  limits.collision.clearance = 0.02;
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
+  const auto code = [&](const Limits& changed) {
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::joint_position, {{0.0, 0.05, 0.04, 0.0, 0.0, 0.0}}, {slide_x, slide_y});
+    return free_arm::judge(changed, chunk.chunk).evidence.code;
+  };
+  // 0.09 m from a pole where only x goes on; 0.12 are needed.
+  limits.collision.capsules[0] = {0, {0.83, -0.05, 0}, {0.83, -0.05, 1}, 0.05};
+  CHECK(code(limits) == 32);
+  limits.collision.capsules[0] = {0, {0.83, -0.081, 0}, {0.83, -0.081, 1}, 0.05};
+  CHECK(code(limits) == 0);
+  limits.collision.capsules[0] = {0, {0.83, -0.0785, 0}, {0.83, -0.0785, 1}, 0.05};
+  CHECK(code(limits) == 32);
+  // 0.039 m from a thin volume; the radius is 0.05.
+  limits.collision.clearance = 0.0;
+  limits.collision.capsules[0] = {0, {0, 0, 3}, {0, 0, 3}, 0.01};
+  (void)limits.workspace.volumes.push_back({"pole", true, {0.83, -0.02, 0}, {0.84, 0.001, 1}});
+  CHECK(code(limits) == 31);
+  limits.workspace.volumes[limits.workspace.volumes.size() - 1].upper[1] = -0.011;
+  CHECK(code(limits) == 0);
+}
+
+// The worst corner of one face says nothing of another's.
+TEST_CASE("G031 a tool stays in by each of two faces, that different joints bring it to") {
+  const auto code = [](double least_ahead, double lowest) {
+    return turned_back(in_volume(false, {least_ahead, lowest, 0}, {2, 1, 1})).evidence.code;
+  };
+  const double least_ahead = 0.7 * std::cos(0.15) + 0.035 * std::sin(0.15);
+  CHECK(code(least_ahead - eps, slid_only - eps) == 0);
+  CHECK(code(least_ahead + 6e-4, slid_only - eps) == 31);
+  CHECK(code(least_ahead - eps, slid_only + 6e-4) == 31);
+}
