@@ -181,6 +181,31 @@ TEST_CASE("realtime: a tool that holds in the tick that runs goes on from where 
   CHECK(Predicted(shared_out(), state, next.chunk, before).all.advance().code == 26);
 }
 
+TEST_CASE("realtime: what another claim's row tells a tool goes on in the tick that runs, too") {
+  const PartMemories memories = goal_at(0.1);
+  const ChunkBuilder acts = switched(turns({0.0}), 1.0);
+  Companion companion{RowBefore{&acts.chunk, 0}};
+  companion.before.measured = false;
+  RowBefore before;
+  before.measured = false;
+  before.memories = &memories;
+  const ChunkBuilder next = switched(turns({0.0}), 1.0);
+  Predicted predicted(shared_out(), state_at_rest(), next.chunk, before, Companions(&companion, 1));
+  CHECK(predicted.all.advance().ok());
+  // 0.3 of 0.1 rad, and of what that left.
+  CHECK(predicted.all.branch(upper).now[arm_1] == doctest::Approx(0.03 + 0.021).epsilon(1e-3));
+}
+
+TEST_CASE("realtime: a hold in the tick that runs makes no goal of one that nobody knows") {
+  const PartMemories nobody_knows;
+  RowBefore before;
+  before.measured = false;
+  before.memories = &nobody_knows;
+  const ChunkBuilder next = switched(turns({turn}), 1.0);
+  CHECK(Predicted(shared_out(), state_at_rest(), next.chunk, before).all.advance().code == 26);
+  CHECK(Predicted(shared_out(), state_at_rest(), turns({turn}).chunk, before).all.advance().ok());
+}
+
 TEST_CASE("G026 realtime: a goal from before a hold is reached from wherever that ends") {
   const PartMemories memories = goal_at(0.0);
   MeasuredState state = state_at_rest();

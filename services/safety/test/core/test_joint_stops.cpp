@@ -127,3 +127,32 @@ TEST_CASE("G031 a tool stays in by each of two faces, that different joints brin
   CHECK(code(least_ahead + 6e-4, slid_only - eps) == 31);
   CHECK(code(least_ahead - eps, slid_only + 6e-4) == 31);
 }
+
+// In y from 0 to -1 mm, and on to -4 in a stop; to 69 if only the turn goes on.
+TEST_CASE("G031, G032 what is broken already may be left by all joints together, no other limit") {
+  const auto code = [](const Limits& limits) {
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::joint_position, {{0.05, 0.0, -0.036, 0.0, 0.0, 0.0}}, {turn_z, slide_y});
+    return free_arm::judge(limits, chunk.chunk).evidence.code;
+  };
+  const auto rod = [&](double y) {
+    Limits limits = turning_back();
+    limits.collision.clearance = 0.02;
+    limits.collision.capsules[0] = {0, {0.4, y, 0.5}, {1.0, y, 0.5}, 0.01};
+    limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
+    return code(limits);
+  };
+  CHECK(rod(0.04 - 1e-3) == 0);
+  CHECK(rod(0.04 + 1e-3) == 32);
+  const auto kept_out = [&](double y) {
+    Limits limits = in_volume(true, {0.4, y, 0}, {1.0, 1, 1});
+    limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
+    return code(limits);
+  };
+  CHECK(kept_out(-1e-3) == 0);
+  CHECK(kept_out(0.01 + 1e-3) == 31);
+  // Out in y, and not in x: the faces are apart.
+  const double ahead = 0.7 * std::cos(0.15) + 0.036 * std::sin(0.15);
+  CHECK(code(in_volume(false, {0.5, -1, 0}, {2, -1e-3, 1})) == 0);
+  CHECK(code(in_volume(false, {ahead + 6e-4, -1, 0}, {2, -1e-3, 1})) == 31);
+}
