@@ -156,6 +156,7 @@ TEST_CASE("bends by hand: a turn's is half its square, a slide's on it its produ
   CHECK(bend(0.0, 0.3, 0.1, 0) >= 0.1 * 0.3);
   CHECK(bend(0.0, 0.3, 0.1, 0) - bend(0.0, 0.0, 0.1, 0) == doctest::Approx(0.1 * 0.3));
   CHECK(bend(0.2, 0.3, 0.1, column) == doctest::Approx(bend(0.2, 0.3, 0.0, 0)));
+  CHECK(bend(0.2, 0.3, 0.1, model.places[4].frame) == doctest::Approx(bend(0.2, 0.0, 0.0, 0)));
 }
 
 TEST_CASE("bends: no way differs by more from what the velocities at its start say") {

@@ -108,6 +108,15 @@ TEST_CASE("G031, G032 between the corners of where two slides may stop") {
   CHECK(code(limits) == 0);
   limits.collision.capsules[0] = {0, {0.83, -0.0785, 0}, {0.83, -0.0785, 1}, 0.05};
   CHECK(code(limits) == 32);
+  // Thin ones, wherever along the way: the nearer, the shorter is what comes too near.
+  limits.collision.capsules[1].radius = 0.005;
+  for (const double x : {0.78, 0.80, 0.83, 0.90, 0.95}) {
+    limits.collision.capsules[0] = {0, {x, 0.0105, 0}, {x, 0.0105, 1}, 0.0052};
+    CHECK(code(limits) == 32);
+    limits.collision.capsules[0].radius = 0.0044;
+    CHECK(code(limits) == 0);
+  }
+  limits.collision.capsules[1].radius = 0.05;
   // 0.039 m from a thin volume; the radius is 0.05.
   limits.collision.clearance = 0.0;
   limits.collision.capsules[0] = {0, {0, 0, 3}, {0, 0, 3}, 0.01};
@@ -155,4 +164,31 @@ TEST_CASE("G031, G032 what is broken already may be left by all joints together,
   const double ahead = 0.7 * std::cos(0.15) + 0.036 * std::sin(0.15);
   CHECK(code(in_volume(false, {0.5, -1, 0}, {2, -1e-3, 1})) == 0);
   CHECK(code(in_volume(false, {ahead + 6e-4, -1, 0}, {2, -1e-3, 1})) == 31);
+}
+
+TEST_CASE("G031, G032 either end of a capsule may be what comes near") {
+  const std::array<double, 3> tip{0, 0, 0}, tail{0, -0.2, 0};
+  const double ahead = 0.7 * std::cos(0.15) + 0.035 * std::sin(0.15);
+  const auto kept_out = [&](bool turned, double y) {
+    Limits limits = in_volume(true, {0.4, y, 0}, {1.0, 1, 1});
+    limits.collision.capsules[1] = {tool_link, turned ? tail : tip, turned ? tip : tail, 0.05};
+    return turned_back(limits).evidence.code;
+  };
+  const auto apart = [&](bool tool_turned, bool rod_turned, double y) {
+    Limits limits = turning_back();
+    limits.collision.clearance = 0.02;
+    const std::array<double, 3> near{ahead, y, 0.5}, far{ahead, y + 0.5, 0.5};
+    limits.collision.capsules[0] = {0, rod_turned ? far : near, rod_turned ? near : far, 0.01};
+    limits.collision.capsules[1] = {tool_link, tool_turned ? tail : tip, tool_turned ? tip : tail,
+                                    0.01};
+    return turned_back(limits).evidence.code;
+  };
+  for (const bool turned : {false, true}) {
+    CHECK(kept_out(turned, turned_only + 0.05 + eps) == 0);
+    CHECK(kept_out(turned, turned_only + 0.05 - eps) == 31);
+    for (const bool rod_turned : {false, true}) {
+      CHECK(apart(turned, rod_turned, turned_only + 0.04 + eps) == 0);
+      CHECK(apart(turned, rod_turned, turned_only + 0.04 - 6e-4) == 32);
+    }
+  }
 }
