@@ -136,3 +136,51 @@ TEST_CASE("ways by hand: a point goes as far as its frame turns it, from the fir
     CHECK(larger.of(0, 2.0) == 0.0);
   }
 }
+
+TEST_CASE("bends by hand: a turn's is half its square, a slide's on it its product, else none") {
+  const Limits limits = with_plates();
+  const RobotModel model(limits);
+  const ModelCapsule& plate = model.capsules[1];  // 0.5 m from the wrist's axes
+  const std::size_t column = model.places[column_link].frame;
+  const auto bend = [&](double wrist, double slid, double turned, std::size_t base) {
+    Joints ways{};
+    ways[turn_x] = wrist;
+    ways[slide_y] = slid;
+    ways[turn_z] = turned;
+    return DisplacementBound(model, ways).bend(plate.frame, plate.extent, base);
+  };
+  CHECK(bend(0.2, 0.0, 0.0, 0) == doctest::Approx(0.5 * 0.2 * 0.2 * 0.5));
+  CHECK(bend(0.0, 0.3, 0.0, 0) == 0.0);
+  // The slide carries the wrist's turn: that bends no more than without. Its own turn is the
+  // base's.
+  CHECK(bend(0.0, 0.3, 0.1, 0) >= 0.1 * 0.3);
+  CHECK(bend(0.0, 0.3, 0.1, 0) - bend(0.0, 0.0, 0.1, 0) == doctest::Approx(0.1 * 0.3));
+  CHECK(bend(0.2, 0.3, 0.1, column) == doctest::Approx(bend(0.2, 0.3, 0.0, 0)));
+  CHECK(bend(0.2, 0.3, 0.1, model.places[4].frame) == doctest::Approx(bend(0.2, 0.0, 0.0, 0)));
+}
+
+TEST_CASE("bends: no way differs by more from what the velocities at its start say") {
+  const Limits limits = with_plates();
+  const RobotModel model(limits);
+  const ModelCapsule& plate = model.capsules[1];
+  std::mt19937 random(4);
+  const FramePoses rest(model, Joints{});
+  double least_left = 1.0;
+  for (int i = 0; i < 2000; ++i) {
+    const Joints from = anywhere(random);
+    Joints ways = anywhere(random), to = from;
+    const double scale = std::pow(10.0, -3.0 * (i % 3) / 2.0);
+    for (std::size_t j = 0; j < 6; ++j) to[j] += ways[j] *= scale;
+    const FramePoses poses(model, from), there(model, to);
+    const Eigen::Vector3d point = point_in_root(poses[plate.frame], plate.a);
+    Eigen::Vector3d told = point;
+    for (std::size_t f = plate.frame; f != 0; f = model.frames[f].parent)
+      told += ways[model.frames[f].joint] * motion_with(model.frames[f], poses[f], point).head<3>();
+    for (double& way : ways) way = std::abs(way);
+    const double bend = DisplacementBound(model, ways).bend(plate.frame, plate.extent);
+    const double left = bend - (point_in_root(there[plate.frame], plate.a) - told).norm();
+    CHECK(left >= 0.0);
+    least_left = std::min(least_left, left / bend);
+  }
+  CHECK(least_left < 0.95);  // it is not without end
+}

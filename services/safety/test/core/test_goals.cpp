@@ -3,66 +3,12 @@
 
 #include <doctest/doctest.h>
 
-#include "predicted.hpp"
-#include "row_judge.hpp"
+#include "goals.hpp"
 #include "tracked_rig.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
-
-namespace {
-
-constexpr double turn = 0.1;  // of arm_1 in each row [rad]; the tool is 0.7 m away from its axis
-constexpr std::size_t upper = 2;  // the branch of the larger share
-
-// 0.1 to 0.3 of a motion happens in its tick: a turn of 0.1 rad at 0.6 rad/s at most. The limit of
-// the joint is 1.5 rad/s.
-Limits shared_out() {
-  Limits limits = test_limits();
-  limits.parts[arm].modes.cartesian_delta.gain = {0.1, 0.3};
-  CartesianLimits& twist = limits.parts[arm].modes.cartesian_twist;
-  twist.gain = {0.1, 0.3};
-  twist.linear_limit = twist.angular_limit = 3.0;
-  twist.linear_step_limit = twist.angular_step_limit = 9.0;
-  limits.parts[composite].modes.composite_mode.step_limit = 2.0;
-  return limits;
-}
-
-Row turned(double angle) { return {0, 0.7 * angle, 0, 0, 0, angle}; }
-
-ChunkBuilder turns(const Row& angles, Mode mode = Mode::cartesian_delta) {
-  Rows rows;
-  for (const double angle : angles) rows.push_back(turned(angle));
-  return ChunkBuilder().add(arm, mode, rows, {}, "base_link");
-}
-
-ChunkBuilder switched(ChunkBuilder builder, double value) {
-  return builder.scalar(composite, Mode::composite_mode, Row(builder.chunk.horizon, value));
-}
-
-const Row four(4, turn);
-
-// arm_1 is told to be at that angle by the rows before.
-PartMemories goal_at(double angle) {
-  PartMemories memories;
-  const Eigen::Matrix3d rotation =
-      Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  memories[arm].goal =
-      Pose{rotation, rotation * Eigen::Vector3d(0.7, 0, 0) + Eigen::Vector3d(0, 0, 0.5)};
-  return memories;
-}
-
-const Limits a_tenth_to_three = shared_out();
-
-Evidence of(const ChunkBuilder& chunk, const PartMemories& memories) {
-  RowBefore before;
-  before.memories = &memories;
-  return judge_rows(a_tenth_to_three, whole_robot(a_tenth_to_three), state_at_rest(), chunk.chunk,
-                    0, before)
-      .evidence;
-}
-
-}  // namespace
+using namespace fairlead::test::goals;
 
 TEST_CASE(
     "G026 switch up: what is left of the rows before comes on top, until the goal is far off") {
@@ -125,80 +71,6 @@ TEST_CASE("G026 the switch of another claim's rows, as long as they last") {
   CHECK(row({{}, &up.chunk, 0, 3}) == 2);
   CHECK(row({{}, &up.chunk, 0, 2}) == -1);  // its rows are over
   CHECK(row({RowBefore{&up.chunk, 0}, nullptr, 0, 0}) == -1);
-}
-
-TEST_CASE("realtime: the row that acts already goes on from the goal as well") {
-  const PartMemories memories = goal_at(0.1);
-  const auto reached = [&](const ChunkBuilder& acts, Companions companions) {
-    RowBefore before{&acts.chunk, 0};
-    before.measured = false;
-    before.memories = &memories;
-    const ChunkBuilder next = turns({0.0});
-    return Predicted(shared_out(), state_at_rest(), next.chunk, before, companions)
-        .all.branch(upper)
-        .now[arm_1];
-  };
-  CHECK(reached(switched(turns({turn}), -1.0), {}) == doctest::Approx(0.03).epsilon(1e-3));
-  CHECK(reached(switched(turns({turn}), 1.0), {}) == doctest::Approx(0.06).epsilon(1e-3));
-  const ChunkBuilder up = ChunkBuilder().scalar(composite, Mode::composite_mode, {1.0});
-  Companion companion{RowBefore{&up.chunk, 0}};
-  companion.before.measured = false;
-  CHECK(reached(turns({turn}), Companions(&companion, 1)) == doctest::Approx(0.06).epsilon(1e-3));
-}
-
-TEST_CASE(
-    "realtime: where the acting row goes on from a goal that nobody knows, nothing is known") {
-  const PartMemories nobody_knows;
-  const ChunkBuilder acts = switched(turns({turn}), 1.0);
-  RowBefore before{&acts.chunk, 0};
-  before.measured = false;
-  before.memories = &nobody_knows;
-  CHECK_FALSE(judge_rows(shared_out(), whole_robot(shared_out()), state_at_rest(),
-                         switched(turns({turn}), -1.0).chunk, 0, before)
-                  .evidence.ok());
-}
-
-TEST_CASE("realtime: a tool that holds in the tick that runs goes on from where it was measured") {
-  const PartMemories memories = goal_at(0.1);
-  MeasuredState state = state_at_rest();
-  RowBefore before;
-  before.measured = false;
-  before.memories = &memories;
-  const auto reached = [&](double angle) {
-    const ChunkBuilder next = switched(turns({angle}), 1.0);
-    Predicted predicted(shared_out(), state, next.chunk, before);
-    CHECK(predicted.all.advance().ok());
-    return predicted.all.branch(upper).now[arm_1];
-  };
-  CHECK(reached(turn) == doctest::Approx(0.03).epsilon(1e-3));
-  // Half of the way that it may go on for, less 0.3 of that.
-  state.velocities[arm_1] = 0.4;
-  CHECK(reached(0.0) == doctest::Approx(0.7 * 0.5 * 0.4 * 0.05).epsilon(1e-3));
-  // Nothing is known of its goal behind a row of another kind.
-  const ChunkBuilder acts = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0});
-  before.chunk = &acts.chunk;
-  const ChunkBuilder next = switched(turns({turn}), 1.0);
-  CHECK(Predicted(shared_out(), state, next.chunk, before).all.advance().code == 26);
-}
-
-TEST_CASE("G026 realtime: a goal from before a hold is reached from wherever that ends") {
-  const PartMemories memories = goal_at(0.0);
-  MeasuredState state = state_at_rest();
-  state.velocities[arm_1] = 1.0;  // 0.05 rad in a tick at most: 0.5 rad/s more or less
-  RowBefore before;
-  before.measured = false;
-  before.memories = &memories;
-  Limits limits = shared_out();
-  limits.parts[arm].modes.cartesian_delta.gain.upper = 0.7;
-  const auto code = [&](double angle, double value) {
-    return judge_rows(limits, whole_robot(limits), state, switched(turns({angle}), value).chunk, 0,
-                      before)
-        .evidence.code;
-  };
-  // 14 rad/s of each rad; from half way 0.35 less, and 0.5 more.
-  CHECK(code(0.1, -1.0) == 0);
-  CHECK(code(0.09, 1.0) == 0);
-  CHECK(code(0.1, 1.0) == 26);
 }
 
 TEST_CASE("a row that takes back what was left leads nowhere, and the next one like it does not") {

@@ -104,3 +104,108 @@ TEST_CASE("G031 a forecast and what is out already are judged by all joints toge
   out.positions[slide_y] = 0.2;
   CHECK(turned_back(limits, out).evidence.ok());
 }
+
+// Two slides take the tool to (0.75, 0.04), and on by up to 0.25 and 0.064 in a stop. What it comes
+// nearest to is beside a side of that rectangle: all corners are clear of it, and nothing bends.
+TEST_CASE("G031, G032 between the corners of where two slides may stop") {
+  Limits limits = free_arm::limits();
+  limits.joints[slide_x].acceleration_limit = 2.0;
+  limits.joints[slide_y].acceleration_limit = 5.0;
+  limits.collision.clearance = 0.02;
+  limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.05};
+  const auto code = [&](const Limits& changed) {
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::joint_position, {{0.0, 0.05, 0.04, 0.0, 0.0, 0.0}}, {slide_x, slide_y});
+    return free_arm::judge(changed, chunk.chunk).evidence.code;
+  };
+  // 0.09 m from a pole where only x goes on; 0.12 are needed.
+  limits.collision.capsules[0] = {0, {0.83, -0.05, 0}, {0.83, -0.05, 1}, 0.05};
+  CHECK(code(limits) == 32);
+  limits.collision.capsules[0] = {0, {0.83, -0.081, 0}, {0.83, -0.081, 1}, 0.05};
+  CHECK(code(limits) == 0);
+  limits.collision.capsules[0] = {0, {0.83, -0.0785, 0}, {0.83, -0.0785, 1}, 0.05};
+  CHECK(code(limits) == 32);
+  // Thin ones, wherever along the way: the nearer, the shorter is what comes too near.
+  limits.collision.capsules[1].radius = 0.005;
+  for (const double x : {0.78, 0.80, 0.83, 0.90, 0.95}) {
+    limits.collision.capsules[0] = {0, {x, 0.0105, 0}, {x, 0.0105, 1}, 0.0052};
+    CHECK(code(limits) == 32);
+    limits.collision.capsules[0].radius = 0.0044;
+    CHECK(code(limits) == 0);
+  }
+  limits.collision.capsules[1].radius = 0.05;
+  // 0.039 m from a thin volume; the radius is 0.05.
+  limits.collision.clearance = 0.0;
+  limits.collision.capsules[0] = {0, {0, 0, 3}, {0, 0, 3}, 0.01};
+  (void)limits.workspace.volumes.push_back({"pole", true, {0.83, -0.02, 0}, {0.84, 0.001, 1}});
+  CHECK(code(limits) == 31);
+  limits.workspace.volumes[limits.workspace.volumes.size() - 1].upper[1] = -0.011;
+  CHECK(code(limits) == 0);
+}
+
+// The worst corner of one face says nothing of another's.
+TEST_CASE("G031 a tool stays in by each of two faces, that different joints bring it to") {
+  const auto code = [](double least_ahead, double lowest) {
+    return turned_back(in_volume(false, {least_ahead, lowest, 0}, {2, 1, 1})).evidence.code;
+  };
+  const double least_ahead = 0.7 * std::cos(0.15) + 0.035 * std::sin(0.15);
+  CHECK(code(least_ahead - eps, slid_only - eps) == 0);
+  CHECK(code(least_ahead + 6e-4, slid_only - eps) == 31);
+  CHECK(code(least_ahead - eps, slid_only + 6e-4) == 31);
+}
+
+// In y from 0 to -1 mm, and on to -4 in a stop; to 69 if only the turn goes on.
+TEST_CASE("G031, G032 what is broken already may be left by all joints together, no other limit") {
+  const auto code = [](const Limits& limits) {
+    ChunkBuilder chunk;
+    chunk.add(arm, Mode::joint_position, {{0.05, 0.0, -0.036, 0.0, 0.0, 0.0}}, {turn_z, slide_y});
+    return free_arm::judge(limits, chunk.chunk).evidence.code;
+  };
+  const auto rod = [&](double y) {
+    Limits limits = turning_back();
+    limits.collision.clearance = 0.02;
+    limits.collision.capsules[0] = {0, {0.4, y, 0.5}, {1.0, y, 0.5}, 0.01};
+    limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
+    return code(limits);
+  };
+  CHECK(rod(0.04 - 1e-3) == 0);
+  CHECK(rod(0.04 + 1e-3) == 32);
+  const auto kept_out = [&](double y) {
+    Limits limits = in_volume(true, {0.4, y, 0}, {1.0, 1, 1});
+    limits.collision.capsules[1] = {tool_link, {0, 0, 0}, {0, 0, 0}, 0.01};
+    return code(limits);
+  };
+  CHECK(kept_out(-1e-3) == 0);
+  CHECK(kept_out(0.01 + 1e-3) == 31);
+  // Out in y, and not in x: the faces are apart.
+  const double ahead = 0.7 * std::cos(0.15) + 0.036 * std::sin(0.15);
+  CHECK(code(in_volume(false, {0.5, -1, 0}, {2, -1e-3, 1})) == 0);
+  CHECK(code(in_volume(false, {ahead + 6e-4, -1, 0}, {2, -1e-3, 1})) == 31);
+}
+
+TEST_CASE("G031, G032 either end of a capsule may be what comes near") {
+  const std::array<double, 3> tip{0, 0, 0}, tail{0, -0.2, 0};
+  const double ahead = 0.7 * std::cos(0.15) + 0.035 * std::sin(0.15);
+  const auto kept_out = [&](bool turned, double y) {
+    Limits limits = in_volume(true, {0.4, y, 0}, {1.0, 1, 1});
+    limits.collision.capsules[1] = {tool_link, turned ? tail : tip, turned ? tip : tail, 0.05};
+    return turned_back(limits).evidence.code;
+  };
+  const auto apart = [&](bool tool_turned, bool rod_turned, double y) {
+    Limits limits = turning_back();
+    limits.collision.clearance = 0.02;
+    const std::array<double, 3> near{ahead, y, 0.5}, far{ahead, y + 0.5, 0.5};
+    limits.collision.capsules[0] = {0, rod_turned ? far : near, rod_turned ? near : far, 0.01};
+    limits.collision.capsules[1] = {tool_link, tool_turned ? tail : tip, tool_turned ? tip : tail,
+                                    0.01};
+    return turned_back(limits).evidence.code;
+  };
+  for (const bool turned : {false, true}) {
+    CHECK(kept_out(turned, turned_only + 0.05 + eps) == 0);
+    CHECK(kept_out(turned, turned_only + 0.05 - eps) == 31);
+    for (const bool rod_turned : {false, true}) {
+      CHECK(apart(turned, rod_turned, turned_only + 0.04 + eps) == 0);
+      CHECK(apart(turned, rod_turned, turned_only + 0.04 - 6e-4) == 32);
+    }
+  }
+}

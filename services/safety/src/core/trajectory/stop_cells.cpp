@@ -52,7 +52,7 @@ Evidence StopCells::check_cell(std::size_t& widest) {
     for (std::size_t j = 0; j < joints.size(); ++j) joints[j] += corner.ways[j];
     Clearance there;
     evidence = query(joints, corner_poses_, bound, there);
-    if (corner.bend > resolution) widest = widest_of(check_.movers_of(shape));
+    if (!(corner.least() >= -tolerated)) widest = widest_of(check_.movers_of(shape));
   }
   return evidence;
 }

@@ -6,8 +6,8 @@
 namespace fairlead {
 
 /// G031 and G032 in all of a cell. Where the shapes are not clear of each other by what they can
-/// move in it, its corner is queried that is the worst to first order. It is halved as long as that
-/// may be off by more than `resolution`: nothing is beyond a limit by more than twice as much.
+/// move in it, its corner is queried that is the worst to first order. It is halved as long as one
+/// of them may be beyond a limit by more than `tolerated` anywhere in it.
 class StopCells {
  public:
   /// `before`: where the row begins. `middle`, `corner`: room to place the shapes in.
@@ -30,7 +30,7 @@ class StopCells {
   Evidence check_cell(std::size_t& widest);
   [[nodiscard]] std::size_t widest_of(JointSet movers) const;
 
-  static constexpr double resolution = 0.00025;  // [m]
+  static constexpr double tolerated = 0.0005;  // [m]
   static constexpr std::size_t none = max_measured;
 
   const RobotModel& model_;
