@@ -50,11 +50,15 @@ double lowest_share(const Segment& segment, const Box& box) {
   return low + (high - low) * within_one(-slope_low / rise);
 }
 
-// How deep a segment lies behind the face it is nearest to have left: negative.
-double depth(const Segment& segment, const Box& box) {
-  const Eigen::Vector3d above = segment.a.cwiseMin(segment.b) - box.upper;
-  const Eigen::Vector3d below = box.lower - segment.a.cwiseMax(segment.b);
-  return std::max(above.maxCoeff(), below.maxCoeff());
+// How far a segment lies beyond each upper face with all of it, then each lower one.
+Eigen::Matrix<double, 6, 1> beyond_faces(const Segment& segment, const Box& box) {
+  Eigen::Matrix<double, 6, 1> beyond;
+  beyond << segment.a.cwiseMin(segment.b) - box.upper, box.lower - segment.a.cwiseMax(segment.b);
+  return beyond;
+}
+
+Eigen::Vector3d box_gap(const Segment& segment, const Box& box) {
+  return outside(segment.a + lowest_share(segment, box) * (segment.b - segment.a), box);
 }
 
 }  // namespace
@@ -75,15 +79,19 @@ Eigen::Vector3d segment_gap(const Segment& one, const Segment& other) {
   return from + s * d1 - t * d2;
 }
 
-Eigen::Vector3d box_gap(const Segment& segment, const Box& box) {
-  return outside(segment.a + lowest_share(segment, box) * (segment.b - segment.a), box);
+Eigen::Vector3d box_direction(const Segment& segment, const Box& box) {
+  const Eigen::Vector3d gap = box_gap(segment, box);
+  if (!gap.isZero(0.0)) return gap.normalized();
+  Eigen::Index face = 0;
+  beyond_faces(segment, box).maxCoeff(&face);
+  return (face < 3 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(face % 3);
 }
 
 double box_distance(const Segment& segment, const Box& box) {
   for (Eigen::Index i = 0; i < 3; ++i)
     if (!(box.lower[i] <= box.upper[i])) return unset;
   const double distance = box_gap(segment, box).norm();
-  return distance > 0.0 || std::isnan(distance) ? distance : depth(segment, box);
+  return distance > 0.0 || std::isnan(distance) ? distance : beyond_faces(segment, box).maxCoeff();
 }
 
 }  // namespace fairlead

@@ -23,8 +23,9 @@ struct Box {
 
 /// From the nearest point of `other` to that of `one`; of any length, down to single points.
 Eigen::Vector3d segment_gap(const Segment& one, const Segment& other);
-/// From the nearest point of a box to that of a segment; 0 where it reaches into it.
-Eigen::Vector3d box_gap(const Segment& segment, const Box& box);
+/// From the nearest point of a box to that of a segment, or square to the face that it is nearest
+/// to have left; of length 1.
+Eigen::Vector3d box_direction(const Segment& segment, const Box& box);
 
 /// Smallest distance of two segments.
 inline double segment_distance(const Segment& one, const Segment& other) {

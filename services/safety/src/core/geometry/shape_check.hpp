@@ -1,6 +1,7 @@
 // G031 and G032: tools and capsules in one configuration, against volumes and each other.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 
@@ -98,8 +99,8 @@ class ShapeCheck {
   [[nodiscard]] double bound_of(std::size_t shape, const DisplacementBound& bound) const;
   /// Joints that move it.
   [[nodiscard]] JointSet movers_of(std::size_t shape) const;
-  /// Where in a cell it comes nearest to a limit, to first order: of those that it kept in `before`
-  /// or may not break again.
+  /// Where in a cell it comes nearest to a limit, to first order; or to where it was beyond that in
+  /// `before`.
   [[nodiscard]] CellCorner worst_corner(std::size_t shape, const FramePoses& before,
                                         const Cell& cell) const;
 
@@ -138,8 +139,9 @@ class ShapeCheck {
   static double off(const std::optional<DisplacementBound>& deviation, const ModelPair& pair) {
     return deviation ? deviation->of(pair) : 0.0;
   }
-  static bool is_excused(double margin_before, Excuse excuse) {
-    return margin_before < 0.0 && excuse != Excuse::none;
+  // How far beyond its limit something may stay that was so before.
+  static double excused(double margin_before, Excuse excuse) {
+    return excuse == Excuse::none ? 0.0 : std::max(-margin_before, 0.0);
   }
   [[nodiscard]] Excuse excuse_of(JointSet movers, double drift, Excuse if_guessed) const {
     if (drift > 0.0) return Excuse::none;

@@ -84,12 +84,12 @@ void ShapeCheck::add_pair(const ModelPair& pair, const FramePoses& before, const
   const double clearance = model_.limits.collision.clearance;
   const double margin_before =
       pair_distance(pair, before) - clearance - off(deviation_before_, pair);
-  if (is_excused(margin_before, excuse_of(pair.movers, clearance_drift_, Excuse::none))) return;
+  const Excuse excuse = excuse_of(pair.movers, clearance_drift_, Excuse::none);
   const ModelCapsule &first = model_.capsules[pair.first], &second = model_.capsules[pair.second];
   const Segment one = segment(pair.first, cell.poses), other = segment(pair.second, cell.poses);
   const Eigen::Vector3d apart = segment_gap(one, other).normalized();
-  const double needed =
-      first.radius + second.radius + clearance + clearance_drift_ + off(deviation_, pair);
+  const double needed = first.radius + second.radius + clearance + clearance_drift_ +
+                        off(deviation_, pair) - excused(margin_before, excuse);
   for (const Eigen::Vector3d& end : {one.a, one.b})
     for (const Eigen::Vector3d& other_end : {other.a, other.b})
       worst.add(-needed, {{first.frame, pair.common, first.extent, end, apart},
@@ -103,21 +103,18 @@ void ShapeCheck::add_tool(const ModelTool& tool, const Volume& volume, const Fra
   const double needed = tool_drift_ + off(deviation_, tool);
   const Excuse excuse = excuse_of(tool.movers, tool_drift_, Excuse::better);
   const Box box = box_of(volume);
-  const auto face = [&](double limit, const Eigen::Vector3d& direction) {
-    const double margin_before = direction.dot(was) - limit - off_before;
-    if (!is_excused(margin_before, excuse))
-      worst.add(-limit - needed, {{tool.place.frame, 0, extent, point, direction}});
+  const auto face = [&](double limit, const Eigen::Vector3d& direction, double margin_before) {
+    worst.add(excused(margin_before - off_before, excuse) - limit - needed,
+              {{tool.place.frame, 0, extent, point, direction}});
   };
   if (volume.keep_out) {
-    if (is_excused(box_distance({was, was}, box) - off_before, excuse)) return;
-    const Eigen::Vector3d apart = box_gap({point, point}, box).normalized();
-    worst.add(-reach_along(box, apart) - needed, {{tool.place.frame, 0, extent, point, apart}});
-    return;
+    const Eigen::Vector3d apart = box_direction({point, point}, box);
+    return face(reach_along(box, apart), apart, box_distance({was, was}, box));
   }
   for (Eigen::Index i = 0; i < 3; ++i) {
     const Eigen::Vector3d up = Eigen::Vector3d::Unit(i);
-    face(box.lower[i], up);
-    face(-box.upper[i], -up);
+    face(box.lower[i], up, was[i] - box.lower[i]);
+    face(-box.upper[i], -up, box.upper[i] - was[i]);
   }
 }
 
@@ -128,11 +125,11 @@ void ShapeCheck::add_capsule(std::size_t capsule, const Volume& volume, const Fr
   const double margin_before =
       box_distance(segment(capsule, before), box) - shape.radius - off(deviation_before_, shape);
   const JointSet movers = model_.frames[shape.frame].movers;
-  if (is_excused(margin_before, excuse_of(movers, tool_drift_, Excuse::better))) return;
+  const Excuse excuse = excuse_of(movers, tool_drift_, Excuse::better);
   const Segment placed = segment(capsule, cell.poses);
-  const Eigen::Vector3d apart = box_gap(placed, box).normalized();
-  const double needed =
-      reach_along(box, apart) + shape.radius + tool_drift_ + off(deviation_, shape);
+  const Eigen::Vector3d apart = box_direction(placed, box);
+  const double needed = reach_along(box, apart) + shape.radius + tool_drift_ +
+                        off(deviation_, shape) - excused(margin_before, excuse);
   for (const Eigen::Vector3d& end : {placed.a, placed.b})
     worst.add(-needed, {{shape.frame, 0, shape.extent, end, apart}});
 }

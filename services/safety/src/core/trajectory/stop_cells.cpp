@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "core/trajectory/certify.hpp"
-
 namespace fairlead {
 
 Evidence StopCells::certify(const Joints& from, const Joints& to) {
@@ -11,18 +9,19 @@ Evidence StopCells::certify(const Joints& from, const Joints& to) {
     middle_[j] = 0.5 * (from[j] + to[j]);
     half_[j] = 0.5 * std::abs(to[j] - from[j]);
   }
-  return certify_cell(halvings);
+  return certify_cell();
 }
 
-Evidence StopCells::certify_cell(int depth) {
+// The budget ends what would never end.
+Evidence StopCells::certify_cell() {
   std::size_t widest = none;
   Evidence evidence = check_cell(widest);
-  if (!evidence.ok() || widest == none || depth == 0) return evidence;
+  if (!evidence.ok() || widest == none) return evidence;
   const double whole = middle_[widest], half = half_[widest];
   half_[widest] = 0.5 * half;
   for (const double side : {-0.5, 0.5}) {
     middle_[widest] = whole + side * half;
-    if (evidence.ok()) evidence = certify_cell(depth - 1);
+    if (evidence.ok()) evidence = certify_cell();
   }
   middle_[widest] = whole;
   half_[widest] = half;
@@ -30,18 +29,18 @@ Evidence StopCells::certify_cell(int depth) {
 }
 
 Evidence StopCells::query(const Joints& joints, FramePoses& poses, const DisplacementBound& bound,
-                          Clearance& found) {
+                          double share, Clearance& found) {
   const Evidence evidence = budget_.take();
   if (!evidence.ok()) return evidence;
   poses.place(model_, joints);
-  return check_.check(poses, before_, bound, found);
+  return check_.check(poses, before_, bound, share, found);
 }
 
 // `widest`: the joint to halve, unless the whole cell is known to be clear.
 Evidence StopCells::check_cell(std::size_t& widest) {
   const DisplacementBound bound(model_, half_);
   Clearance clearance;
-  Evidence evidence = query(middle_, middle_poses_, bound, clearance);
+  Evidence evidence = query(middle_, middle_poses_, bound, 1.0, clearance);
   const Cell cell{middle_, half_, middle_poses_, bound};
   for (std::size_t i = 0; i < clearance.near_count && evidence.ok(); ++i) {
     const auto [shape, margin] = clearance.near[i];
@@ -51,7 +50,7 @@ Evidence StopCells::check_cell(std::size_t& widest) {
     Joints joints = middle_;
     for (std::size_t j = 0; j < joints.size(); ++j) joints[j] += corner.ways[j];
     Clearance there;
-    evidence = query(joints, corner_poses_, bound, there);
+    evidence = query(joints, corner_poses_, bound, 0.0, there);
     if (!(corner.least() >= -tolerated)) widest = widest_of(check_.movers_of(shape));
   }
   return evidence;

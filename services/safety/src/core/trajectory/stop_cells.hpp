@@ -24,9 +24,9 @@ class StopCells {
   Evidence certify(const Joints& from, const Joints& to);
 
  private:
-  Evidence certify_cell(int depth);
+  Evidence certify_cell();
   Evidence query(const Joints& joints, FramePoses& poses, const DisplacementBound& bound,
-                 Clearance& found);
+                 double share, Clearance& found);
   Evidence check_cell(std::size_t& widest);
   [[nodiscard]] std::size_t widest_of(JointSet movers) const;
 
