@@ -7,6 +7,7 @@ import sys
 import numpy as np
 
 from fairlead import ControlMode, connect
+from fairlead.errors import FairleadError
 
 ROWS = 8  # of 50 ms: so long the base goes on if this program says nothing new
 FASTEST = 0.3, 0.6  # m/s ahead, rad/s to the left
@@ -39,4 +40,7 @@ async def main(deployment, *goal):
 
 
 if __name__ == "__main__":
-    asyncio.run(main(*sys.argv[1:]))
+    try:
+        asyncio.run(main(*sys.argv[1:]))
+    except FairleadError as error:
+        sys.exit(f"ERROR {error}")

@@ -4,6 +4,7 @@ import asyncio
 import sys
 
 from fairlead import connect
+from fairlead.errors import FairleadError
 from fairlead.messages import floats
 
 
@@ -22,4 +23,7 @@ async def main(deployment: str, skill: str, prompt: str) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(*sys.argv[1:]))
+    try:
+        asyncio.run(main(*sys.argv[1:]))
+    except FairleadError as error:
+        sys.exit(f"ERROR {error}")

@@ -40,7 +40,8 @@ def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -
             timeout=120,
             check=False,
         )
-    assert (done.returncode, done.stderr) == (1, "ERROR No space left on device\n")
+    said = f"ERROR fairlead {command.split()[0]}: No space left on device\n"
+    assert (done.returncode, done.stderr) == (1, said)
 
 
 @pytest.mark.processes

@@ -251,6 +251,11 @@ async def test_the_programs_of_the_document_run(running: ScratchRobot, robot: Ro
     done = await asyncio.to_thread(subprocess.run, words, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert re.search(r"\nsucceeded: the base is at .*\nat tick \d+: \[", done.stdout), done.stdout
+    done = await asyncio.to_thread(
+        subprocess.run, [*words[:3], "goto", "0 0 0"], capture_output=True, text=True
+    )
+    assert done.returncode == 1 and done.stderr.startswith("ERROR "), done.stderr
+    await robot.disarm()
     await robot.arm()
     blocking, claim = re.findall(r"```python\n((?:with|async with) .*?)```", text, re.S)
     names = {"deployment": running.scratch.file, "connect": connect}

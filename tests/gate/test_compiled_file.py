@@ -77,7 +77,7 @@ def test_a_limit_written_into_the_gate_file_by_hand_is_refused_at_start_and_by_u
     )
     up = fairlead("up", str(deployment), "--state-dir", str(tmp_path / "up"), state=tmp_path)
     assert up.returncode == 1
-    assert EDITED in up.stderr and FIX in up.stderr
+    assert f"ERROR configuration {config}: {EDITED}" in up.stderr and FIX in up.stderr
     assert not (tmp_path / "up").exists(), "nothing was started"
 
 
@@ -141,3 +141,13 @@ def test_a_deployment_is_told_in_the_gates_own_words() -> None:
     check_gate_file(deployment)
     with pytest.raises(ConfigError, match="no compiled gate file"):
         check_gate_file(deployment.model_copy(update={"profile": "hardware"}))
+
+
+def test_of_a_gate_that_cannot_run_the_systems_reason_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "fairlead-safety").write_text("#!/bin/sh\nexec /no/loader\n")
+    (tmp_path / "fairlead-safety").chmod(0o700)
+    monkeypatch.setenv("FAIRLEAD_GATE_DIR", str(tmp_path))
+    with pytest.raises(ConfigError, match=rf"^{tmp_path}/fairlead-safety: .*/no/loader: not found"):
+        check_gate_file(load_deployment(deployment_path("panda_mujoco")))

@@ -82,10 +82,9 @@ def test_my_first_robot_brings_a_robot_that_moves(
 def test_my_hal_brings_a_hal_of_ones_own_that_moves_the_robot(
     newcomer: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    new, check, up, _, *rest = commands("my-first-robot.md")
-    *_, run, asked, _ = walked(newcomer, [new, check, *commands("hal.md"), up, *rest])
+    *_, run, asked, _ = walked(newcomer, [commands("my-first-robot.md")[0], *commands("hal.md")])
     assert "command: [python, ./minimal_hal.py]" in (newcomer.folder / "my_arm.yaml").read_text()
     assert any("minimal" in line for line in newcomer.terminals["up"].lines if "[hal]" in line)
-    assert "my-arm-wave deadline after 6" in run
+    assert "my-joint-wave deadline after 6" in run
     assert re.search(r"^HAL +ok +joints, parts, modes and period as in robot.yaml", asked, re.M)
     assert farthest(newcomer, monkeypatch) > WAVED_RAD

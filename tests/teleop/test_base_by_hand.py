@@ -80,7 +80,7 @@ def test_a_base_is_jogged_along_its_own_axes(running: ScratchRobot, tmp_path: Pa
         (["jog", "w", "1"], "robot panda_mobile: expected a joint or an axis, got 'w'"),
         (["jog", "x", "1rad"], "jog: expected a way for x, as 0.05 [m], got '1rad' (valid: m, mm,"),
         (["jog", "x", "nan"], "jog: expected a way for x, as 0.05 [m], got 'nan'"),
-        (["jog", "x", "1e9"], "jog: expected a way of at most 10 m, got '1e9'"),
+        (["jog", "x", "1e9"], "jog: expected a way of at most 10 m, got '1e9' [m] (valid: m, mm,"),
         (["jog", "x", "1mm"], "jog x: expected more than 0.002 m, as near as cartesian_delta"),
         (["home"], "no part is told joint_position, so joints cannot go home; a skill can: "),
     ],

@@ -105,12 +105,13 @@ def parse_amount(text: str, axis: str, unit: str) -> float:
     """
     found = _AMOUNT.match(text.strip())
     factors = _UNITS[unit]
+    valid = [name for name in factors if name]
     if found is None or found.group(2) not in factors:
-        valid = [name for name in factors if name]
         raise ConfigError(expected("jog", f"a way for {axis}, as 0.05 [{unit}]", repr(text), valid))
     amount = float(found.group(1)) * factors[found.group(2)]
     if abs(amount) > _MOST[unit]:
-        raise ConfigError(expected("jog", f"a way of at most {_MOST[unit]:.4g} {unit}", repr(text)))
+        got = repr(text) if found.group(2) else f"{text!r} [{unit}]"
+        raise ConfigError(expected("jog", f"a way of at most {_MOST[unit]:.4g} {unit}", got, valid))
     return amount
 
 

@@ -44,8 +44,8 @@ def main() -> None:
             _end_json(type(error).__name__, str(error), fix, 1)
         _end(f"ERROR {error}", 1)
     except OSError as error:  # a full disk, a folder that may not be written
-        where = f"{error.filename}: " if error.filename else ""
-        said = f"{where}{error.strerror or error}"
+        where = error.filename or " ".join(["fairlead", *sys.argv[1:2]])
+        said = f"{where}: {error.strerror or error}"
         if as_json and error.filename:  # else it may be the output that cannot be written
             _end_json("OSError", said, "", 1)
         forget_output()

@@ -83,7 +83,8 @@ def check_gate_file(deployment: Deployment) -> None:
     asked = [str(gate_binary()), "check", str(file)]
     done = subprocess.run(asked, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise ConfigError(done.stdout.strip().removeprefix("ERROR ") or f"{asked[0]} failed")
+        said = done.stdout.strip().rpartition("ERROR fairlead-safety: ")[2]
+        raise ConfigError(said or f"{asked[0]}: {done.stderr.strip() or 'failed'}")
 
 
 NEW_STATE = "--new-state"  # the gate's word for: this state folder is new, and that is right
