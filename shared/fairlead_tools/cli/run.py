@@ -167,7 +167,9 @@ def _chain_of(
             wanted = "prompt, runner, deadline and stall timeout of each goal in the file"
             raise ConfigError(expected(f"chain {what}", wanted, "such options on the command line"))
         chain = read_chain(Path(what))
-        skills = [_from(Path(what).parent, goal.skill) for goal in chain.goals]
+        # A folder's path is from where the chain's file is.
+        folders = [Path(what).parent if "/" in goal.skill else Path() for goal in chain.goals]
+        skills = [str(one / goal.skill) for one, goal in zip(folders, chain.goals, strict=True)]
     else:
         if len(then) >= MOST_GOALS:
             most = f"at most {MOST_GOALS - 1} goals after the first"
@@ -188,11 +190,6 @@ def _chain_of(
                 raise
             raise ConfigError(f"goal {goal.name}: {error}") from None
     return chain.model_copy(update={"goals": tuple(goals)})
-
-
-def _from(folder: Path, skill: str) -> str:
-    """A folder's path is from where the chain's file is."""
-    return str(folder / skill) if "/" in skill else skill
 
 
 def _run_all(
