@@ -147,7 +147,7 @@ def _chain_of(
     deadline_ticks: int,
     stall_timeout_s: float,
 ) -> Chain:
-    """The goals of a file, or one of a skill and those after it; folders are linked.
+    """The goals of a file, or one of a skill and those after it; folders are linked, from there.
 
     Raises:
         ConfigError: the file or a skill does not fit, or options are given beside a file.
@@ -167,7 +167,6 @@ def _chain_of(
             wanted = "prompt, runner, deadline and stall timeout of each goal in the file"
             raise ConfigError(expected(f"chain {what}", wanted, "such options on the command line"))
         chain = read_chain(Path(what))
-        # A folder's path is from where the chain's file is.
         folders = [Path(what).parent if "/" in goal.skill else Path() for goal in chain.goals]
         skills = [str(one / goal.skill) for one, goal in zip(folders, chain.goals, strict=True)]
     else:
