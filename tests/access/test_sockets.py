@@ -20,6 +20,7 @@ from bench.equipment.live_robot import wait_for
 from bench.faults.live_stage import LiveStage, live_stage
 from fairlead.deploy.credentials import access_dir
 from fairlead.deploy.deployment import Deployment, load_deployment
+from fairlead.deploy.process_table import is_listening
 from fairlead.deploy.sockets import LONGEST_PATH, forget_sockets, socket_endpoint, socket_path
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
@@ -120,6 +121,24 @@ def test_where_the_path_is_too_long_services_meet_by_a_short_link(
         [link] = links
         assert link.is_symlink() and link.resolve().is_relative_to(far)
     assert not link.is_symlink(), "it went with the deployment"
+
+
+def test_a_socket_of_anybody_with_a_line_break_in_its_path_is_one_of_many(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as odd, socket.socket(socket.AF_UNIX) as other:
+        for one, name in ((odd, "line\nbreak"), (other, "other")):
+            one.bind(str(tmp_path / name))
+            one.listen()
+        assert is_listening(str(tmp_path / "other")) and not is_listening(str(tmp_path / "none"))
+
+
+@pytest.mark.parametrize("odd", ["line\nbreak", "no text\udcff", "?", "#"])
+def test_signs_that_no_endpoint_has_are_left_to_a_link(
+    odd: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(ACCESS_VARIABLE, str(tmp_path / odd))
+    link = path_of(ONE, "hal").parent
+    assert link.is_symlink() and link.resolve() == tmp_path.resolve() / odd / "one" / "sockets"
+    forget_sockets(ONE)
 
 
 @pytest.mark.parametrize("name", ["hal", "a" * 64])

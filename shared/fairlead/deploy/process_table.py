@@ -106,7 +106,8 @@ def _listeners() -> Iterator[tuple[Place, str]]:
     with suppress(OSError), Path("/proc/net/unix").open("rb") as table_of:
         for raw in table_of:
             fields = os.fsdecode(raw.rstrip(b"\n")).split(maxsplit=7)
-            if fields[3] == _ACCEPTS and len(fields) == 8:  # else it has no path
+            # Without a path there are seven; of a path with a line break a rest may stand alone.
+            if len(fields) == 8 and fields[3] == _ACCEPTS:
                 yield fields[7], fields[6]
 
 

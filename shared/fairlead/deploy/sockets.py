@@ -24,7 +24,7 @@ LONGEST_PATH = 107
 SHORT = "/tmp/fairlead"  # noqa: S108 - it is checked
 
 _PROTOCOL = "unixsock-stream/"
-_PLAIN = re.compile(r"[^?#;]*")  # what else a Zenoh endpoint ends at
+_PLAIN = re.compile(r"[^?#;\x00-\x1f\ud800-\udfff]*")  # what else is no text or ends an endpoint
 _DIGITS = 10
 
 
