@@ -213,7 +213,10 @@ CHECKS = {
     21: GateCheck(
         title="does not start where the robot is",
         hazard="a jump at the start of a chunk",
-        rule="|first row - measured or row before| <= step_limit, by mode",
+        rule=(
+            "|first row - measured| <= step_limit + tolerance, |first row - row before| <= "
+            "step_limit, by mode"
+        ),
         units=("rad", "m", "rad/s", "m/s", "1"),
         outcome="refuse",
         example=_number("arm", "panda_joint1", 0.5, 0.25, "rad"),
