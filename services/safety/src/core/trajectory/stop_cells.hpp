@@ -27,7 +27,8 @@ class StopCells {
   Evidence certify_cell();
   Evidence query(const Joints& joints, FramePoses& poses, const DisplacementBound& bound,
                  double share, Clearance& found);
-  Evidence check_cell(std::size_t& widest);
+  // Not inlined: that would take its 20 kB of stack once for each time a cell has been halved.
+  [[gnu::noinline]] Evidence check_cell(std::size_t& widest);
   [[nodiscard]] std::size_t widest_of(JointSet movers) const;
 
   static constexpr double tolerated = 0.0005;  // [m]
