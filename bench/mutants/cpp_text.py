@@ -92,7 +92,7 @@ def operand_end(code: str, at: int, stops: str) -> int:
 def call_start(code: str, at: int) -> int:
     """Where the chain ``a.b()->c`` starts whose last name starts at ``at``."""
     i = at
-    while found := re.search(r"(\.|->|::)$", code[:i]):
+    while found := re.search(r"((?:\n\s*)?(?:\.|->)|::)$", code[:i]):
         i -= len(found.group())
         while code[i - 1] in CLOSE:
             i = matching_open(code, i - 1)

@@ -36,6 +36,11 @@ def mutated(line: str) -> tuple[list[str], str]:
             ["check is not asked"],
             "return fm::ask(1, [&] { return check(a); });",
         ),
+        (
+            "return Cells(a)\n      .check(b);",
+            ["check is not asked"],
+            "return fm::ask(1, [&] { return Cells(a)",
+        ),
         ("return std::min(a, b);", ["min becomes max"], None),
         ("return 5;", ["5 becomes another number"], "return fm::number(1, 5);"),
         ("std::array<int, 5> a;", [], "std::array<int, 5> a;"),
