@@ -32,8 +32,11 @@ ROOM = 0.05, 3.0
 """What the gate may refuse too much: of a joint [rad], and of what unequal shares add."""
 
 
+@pytest.mark.parametrize("other_ways", [False, True])
 @pytest.mark.parametrize("count", [2, 3])
-def test_a_bound_that_only_unequal_shares_stop_beyond(count: int, tmp_path: Path) -> None:
+def test_a_bound_that_only_unequal_shares_stop_beyond(
+    count: int, other_ways: bool, tmp_path: Path
+) -> None:
     data, rng = open_space(), np.random.default_rng(count)
     reference = PathReference(data, robot_dir(ROBOT) / f"{ROBOT}.urdf")
     own = [reference.names.index(name) for name in part_of(data)["joints"]]
@@ -43,6 +46,8 @@ def test_a_bound_that_only_unequal_shares_stop_beyond(count: int, tmp_path: Path
         start = np.zeros(len([*data["joints"], *data["passive_joints"]]))
         start[own] = FOLDED + 0.3 * rng.normal(size=len(own))
         rows = np.array([fast_row(data, reference, rng, start, len(own))] * count)
+        if other_ways:  # what is left of a turn is about another axis than the next
+            rows[1:] = 0.5 * rows[1:] + 0.5 * fast_row(data, reference, rng, start, len(own))
 
         def rest(gains: tuple[float, ...], start: FloatArray = start, rows: FloatArray = rows
         ) -> FloatArray:  # fmt: skip
@@ -65,8 +70,8 @@ def test_a_bound_that_only_unequal_shares_stop_beyond(count: int, tmp_path: Path
             bounded = with_bound(data, joint, side, limit + outwards * at)
             found[name, verdict_of(bounded, start, rows, tmp_path)] += 1
     assert found["short of", 0] == 0, found
-    assert found["short of", 24] > WALKS // 10, found
-    assert found["beyond", 0] > WALKS // 10, found
+    assert found["short of", 24] > WALKS // 20, found
+    assert found["beyond", 0] > WALKS // 20, found
     assert found["beyond", 24] == 0, found
 
 

@@ -188,3 +188,22 @@ TEST_CASE("a pose moves along the root's axes, before its own rotation") {
   CHECK((after.position - Eigen::Vector3d(1.0, 2.5, 3.0)).norm() < 1e-12);
   CHECK(angle_between(after.rotation, about(x, -0.25) * about(y, 0.3)) < 1e-12);
 }
+
+// A quarter turn about x and then one about z take x to y, y to z and z to x.
+TEST_CASE("two motions in one: the second turns what the first has turned") {
+  const double quarter = 0.5 * std::numbers::pi;
+  Motion6 first, second, both, turn;
+  first << 1.0, 2.0, 3.0, quarter, 0.0, 0.0;
+  second << 0.5, 0.0, -1.0, 0.0, 0.0, quarter;
+  turn.setConstant(2.0 * std::numbers::pi / 3.0 / std::sqrt(3.0));
+  both = one_after_other(first, second);
+  CHECK(both.head<3>() == Eigen::Vector3d(1.5, 2.0, 2.0));
+  CHECK((both - turn).tail<3>().norm() < 1e-9);
+  CHECK((one_after_other(second, first) - turn).tail<3>().norm() > 1.0);
+  // About one axis the angles add up; exactly, where one of them is none.
+  Motion6 more = Motion6::Zero();
+  CHECK(one_after_other(first, more) == first);
+  CHECK(one_after_other(more, first) == first);
+  more[3] = 0.25;
+  CHECK(one_after_other(first, more)[3] == doctest::Approx(quarter + 0.25));
+}

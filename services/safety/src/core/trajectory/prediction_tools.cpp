@@ -59,7 +59,7 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
       for (const std::size_t j : joints) branch.now[j] = unset;
       return broken_rule(code::speed, "tool motion", lost_goal);
     }
-    asked += left;
+    asked = one_after_other(left, asked);
   }
   const double share = gain(command, index);
   const Motion6 motion = share * asked;
