@@ -104,11 +104,9 @@ def main() -> int:
     args = parser.parse_args()
     found = measure(args.skill, args.ticks)
     text = (
-        "| skill | joints to layout, us | transforms before, us | links after, us | aim |\n"
-        "|---|---|---|---|---|\n"
-        f"| {args.skill} | {found['joints_us']:.0f} | {found['transforms_us']:.0f} "
-        f"| {found['links_us']:.0f} "
-        f"| <= {AIM_US:.0f} |"
+        f"{args.skill}: {found['joints_us']:.0f} us (aim {AIM_US:.0f}) from joints to vector, "
+        f"{found['transforms_us']:.0f} us before for transforms, {found['links_us']:.0f} us after "
+        "for links."
     )
     print(json.dumps(found | {"skill": args.skill}) if args.json else text)
     if args.write:

@@ -86,10 +86,7 @@ def misses(runs: Sequence[Run]) -> list[str]:
     return found
 
 
-COLUMNS = (
-    "latency ms", "seam", "H", "d", "stalls", "duty (theory)", "seam step", "synchronous",
-    "latest wins",
-)  # fmt: skip
+COLUMNS = ("latency ms, seam", "H", "d", "stalls", "duty (theory)", "seam step")
 
 
 def table(runs: Sequence[Run]) -> str:
@@ -100,15 +97,12 @@ def table(runs: Sequence[Run]) -> str:
 
 def _cells(one: Run) -> tuple[str, ...]:
     return (
-        f"{one.latency_ms:.0f}",
-        one.way,
+        f"{one.latency_ms:.0f}, {one.way}",
         f"{one.horizon}",
         f"{one.longest_ticks}",
         f"{one.stalls} of {one.ticks}",
         f"{one.duty:.3f} ({one.theory:.3f})",
         _share(one.seam, one.naive),
-        f"{one.synchronous.duty:.3f}",
-        f"{one.latest_wins.duty:.3f}",
     )
 
 
