@@ -110,22 +110,17 @@ def is_carried(one: Found) -> bool:
 def table(every: Sequence[Found], failed: Failed) -> str:
     """In Markdown."""
     lines = [
-        "| robots | | processor ms a tick, of 1 | tick error p99 ms, of 1 | state to lease p99 ms "
-        "| ticks lost, held |",
-        "|---|---|---|---|---|---|",
+        "| robots | processor ms a tick, of 1 | tick error p99 ms, of 1 | state to lease p99 ms |",
+        "|---|---|---|---|",
     ]
     for one in every:
         cpu, tick = ratios(one, every)
-        carried = is_carried(one)
-        cells = [
-            f"{one.robots}", one.way,
-            f"{one.cpu_ms:.2f}, {f'{cpu:.2f}' if carried else 'not carried'}",
-            f"{one.error_ms[1]:.2f}, {f'{tick:.1f}' if carried else 'not carried'}",
-            f"{one.lease_ms[1]:.2f}",
-            f"{one.lost:.1%}, {one.held:.1%}",
-        ]  # fmt: skip
+        cells = [f"{one.robots}: {one.way}", f"{one.cpu_ms:.2f}, {cpu:.2f}"]
+        cells += [f"{one.error_ms[1]:.2f}, {tick:.1f}", f"{one.lease_ms[1]:.2f}"]
+        if not is_carried(one):
+            cells[1:] = [f"not carried: {one.lost:.0%} of ticks lost, {one.held:.0%} held", "", ""]
         lines.append(f"| {' | '.join(cells)} |")
-    lines += [f"| {count} | {way} | {why} |{' |' * 3}" for (count, way), why in failed.items()]
+    lines += [f"| {count}: {way} | {why} | | |" for (count, way), why in failed.items()]
     return "\n".join(lines)
 
 
