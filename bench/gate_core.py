@@ -3,8 +3,8 @@
 A C++ program with the gate's own code does the timing, all cases in turn, so that what the machine
 does to one it does to the other; of each the quickest of many batches counts. Beside each case
 stands a yardstick timed in the same run: it copies the chunk's numbers and compares each with two
-bounds and with the row before. Instructions are counted by valgrind, and do not depend on how
-busy the machine is.
+bounds and with the row before. Instructions (--json) are counted by valgrind, and do not depend on
+how busy the machine is.
 
     .venv/bin/python -m bench.gate_core [--config robots/panda_mobile/gate.sim.json] [--json]
     .venv/bin/python -m bench.gate_core --write
@@ -131,14 +131,13 @@ def rows_table(found: dict[str, Any]) -> str:
     lines: dict[str, dict[str, str]] = {}
     for one in sorted(found["cases"], key=lambda one: float(one["least_ns"])):
         kind, _, rows = one["name"].partition(" H=")
-        count = "not counted" if one["instructions"] is None else one["instructions"]
         aim = f" (< {AIMS_NS[one['name']]:.0f})" if one["name"] in AIMS_NS else ""
-        lines.setdefault(kind, {})[rows] = f"{digits(one['least_ns'])}, {count}{aim}"
+        lines.setdefault(kind, {})[rows] = f"{digits(one['least_ns'])}{aim}"
     lengths = list(next(iter(lines.values())))
     return "\n".join(
         [
-            f"| rows of {found['joints']} joints, {found['pairs']} pairs: least ns, instructions "
-            f"(aim ns) | {' | '.join(f'H={rows}' for rows in lengths)} |",
+            f"| rows of {found['joints']} joints, {found['pairs']} pairs: least ns (aim) "
+            f"| {' | '.join(f'H={rows}' for rows in lengths)} |",
             "|---" * (1 + len(lengths)) + "|",
             *(
                 f"| {kind} | {' | '.join(cells[rows] for rows in lengths)} |"
