@@ -24,7 +24,7 @@ import numpy as np
 
 from bench.equipment.gate_scene import Scene
 from bench.equipment.turns import Turns
-from bench.gate_hop import CASES, Arrival
+from bench.gate_hop import CASES, Arrival, socket_in
 from bench.loop import DEADLINE_TICKS, SKILL, prepare
 from bench.page import write_table
 from fairlead.messages import encode
@@ -46,7 +46,8 @@ class Gate:
     def __init__(self, folder: Path, closed: bool) -> None:
         self.case = CASES[0]
         config = gate_config(self.case.robot, "sim")
-        self.scene = Scene(config, folder, robot=self.case.robot, closed=closed)
+        listen = socket_in(folder.parent, folder.name)
+        self.scene = Scene(config, folder, robot=self.case.robot, closed=closed, listen=listen)
         self.scene.ready_to_move()
         self.scene.safe.close()  # its work would count as the gate's
         self.safe = Arrival(self.scene.bus, self.scene.keys.safe("runner"))

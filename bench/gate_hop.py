@@ -35,13 +35,17 @@ from fairlead.paths import gate_binary, gate_config
 from fairlead.wire.bus import Bus, Qos, Sample
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.session import ZenohBus
-from fairlead_tools.supervisor.this_host import free_ports
 
 DEADLINE_S = 10.0
 AIM = 1.10  # the gate's median over the relay's
 KEY_IN, KEY_OUT = "fl/bench/relay_in", "fl/bench/relay_out"
 JOINTS, SWAY_RAD = 7, 0.002  # of panda's arm, its first joints
 MORE = ("fl/bench/relay_lease", "fl/bench/relay_verdict")
+
+
+def socket_in(folder: Path, name: str) -> str:
+    """Endpoint of a socket: what the services of one host meet on."""
+    return f"unixsock-stream/{folder / name}.sock"
 
 
 @dataclass(frozen=True)
@@ -108,16 +112,16 @@ class Arrival:
 
 
 class Relay:
-    """A bare relay's process and a session connected to it.
+    """A bare relay's process and a session connected to it by a socket.
 
     Args:
+        folder: for the socket.
         more: keys on which it sends a short message after each one, heard here too.
     """
 
-    def __init__(self, kind: type[Message], more: tuple[str, ...] = ()) -> None:
-        port = free_ports(1)[0]
+    def __init__(self, folder: Path, kind: type[Message], more: tuple[str, ...] = ()) -> None:
         binary = gate_binary().with_name("bare-relay")
-        endpoint = f"tcp/127.0.0.1:{port}"
+        endpoint = socket_in(folder, f"relay-{len(more)}")
         self.process = subprocess.Popen(
             [str(binary), endpoint, KEY_IN, KEY_OUT, *more], stdout=subprocess.PIPE, text=True
         )
@@ -206,9 +210,11 @@ def _answers(chunk: ActionChunk) -> Callable[[Verdict], bool]:
 
 def results_of(case: Case, rows: int, count: int, count_20hz: int) -> dict[str, dict[str, float]]:
     """Both cadences of one case: what `Samples.report` says, by cadence."""
-    with tempfile.TemporaryDirectory() as folder:
-        relays = (Relay(ActionChunk), Relay(ActionChunk, MORE))
-        scene = Scene(gate_config(case.robot, "sim"), Path(folder) / "state", robot=case.robot)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        relays = (Relay(folder, ActionChunk), Relay(folder, ActionChunk, MORE))
+        config, listen = gate_config(case.robot, "sim"), socket_in(folder, "gate")
+        scene = Scene(config, folder / "state", robot=case.robot, listen=listen)
         try:
             scene.ready_to_move()
             scene.safe.close()  # its work would count as the gate's

@@ -76,6 +76,7 @@ class Scene:
 
     Args:
         closed: with access control.
+        listen: the gate's endpoint; empty: a free port of this host.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class Scene:
         pacing: Literal["realtime", "lockstep"] = "lockstep",
         robot: str = ROBOT,
         closed: bool = False,
+        listen: str = "",
     ) -> None:
         self.robot = robot
         self.keys = Keys(robot)
@@ -93,10 +95,9 @@ class Scene:
         file = state_dir.with_suffix(".access")
         own = everybody(robot, file) if closed else {}
         options = ("--access", str(file)) if closed else ()
-        self.gate = RunningGate(config, state_dir, *options, robot=robot)
+        self.gate = RunningGate(config, state_dir, *options, robot=robot, listen=listen)
         self.gate.wait_line("ready")
-        endpoint = f"tcp/127.0.0.1:{self.gate.port}"
-        self.bus = ZenohBus(Endpoints(connect=[endpoint], access=own))
+        self.bus = ZenohBus(Endpoints(connect=[self.gate.endpoint], access=own))
         self.leases = Mailbox(self.bus, self.keys.lease, Lease)
         self.statuses = Mailbox(self.bus, self.keys.gate_status, GateStatus)
         self.verdicts = Mailbox(self.bus, self.keys.verdict(SOURCE), Verdict)

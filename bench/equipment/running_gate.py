@@ -20,7 +20,11 @@ STAMP = re.compile(r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z (?=INFO|WARNING)")
 
 
 class RunningGate:
-    """One gate process; ``lines`` are those it has printed so far, without their time."""
+    """One gate process; ``lines`` are those it has printed so far, without their time.
+
+    Args:
+        listen: an endpoint; empty: a free port of this host.
+    """
 
     def __init__(
         self,
@@ -31,12 +35,14 @@ class RunningGate:
         port: int | None = None,
         connect: Sequence[int] = (),
         router: str = "",
+        listen: str = "",
     ) -> None:
         self.port = free_ports(1)[0] if port is None else port
+        self.endpoint = listen or f"tcp/127.0.0.1:{self.port}"
         self.lines: list[str] = []
         words = [str(gate_binary()), "--robot", robot, "--config", str(config)]
         words += ["--state-dir", str(state_dir), *options]
-        words += ["--router", router] if router else ["--listen", f"tcp/127.0.0.1:{self.port}"]
+        words += ["--router", router] if router else ["--listen", self.endpoint]
         for other in connect:
             words += ["--connect", f"tcp/127.0.0.1:{other}"]
         self.process = subprocess.Popen(

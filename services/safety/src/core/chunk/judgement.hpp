@@ -44,8 +44,8 @@ struct MeasuredState {
   std::array<double, max_measured> positions{};
   std::array<double, max_measured> velocities{};
   std::array<double, max_measured> efforts{};
-  // What the positions say of the speed since the state before, with its sign, beyond the noise of
-  // the encoder; 0 in the first state of an episode.
+  // How fast the last tick was by the positions, with its sign (see travel_speed); 0 in the first
+  // state of an episode.
   std::array<double, max_measured> travel_speeds{};
   FixedVec<Acted, max_parts> acted;  // what each part did in tick - 1
 };

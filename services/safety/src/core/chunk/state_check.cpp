@@ -91,13 +91,12 @@ bool is_still(const Limits& limits, const MeasuredState& state, std::size_t i) {
 
 }  // namespace
 
-double travel_speed(const Limits& limits, std::size_t i, double from, double to,
-                    std::uint64_t ticks) {
+double travel_speed(const Limits& limits, std::size_t i, double from, double to) {
   // Nobody declares the noise of a joint that nothing commands.
   const double noise = i < limits.joints.size() ? limits.joints[i].encoder_step : 0.0;
   const double change = measured_change(limits, i, from, to);
-  const double travel = std::copysign(std::max(std::abs(change) - noise, 0.0), change);
-  return travel / (static_cast<double>(ticks) * static_cast<double>(limits.period_ns) * 1e-9);
+  const double travel = std::clamp(std::abs(change) - noise, 0.0, limits.measured(i).jump_limit);
+  return std::copysign(travel, change) / (static_cast<double>(limits.period_ns) * 1e-9);
 }
 
 double measured_speed(const Limits& limits, const MeasuredState& state, std::size_t i) {

@@ -23,9 +23,9 @@ inline double measured_change(const Limits& limits, std::size_t i, double from, 
 }
 
 /// How fast measured joint `i` went between two states [rad/s or m/s], beyond the noise of its
-/// encoder: what its velocity does not say if that channel is stuck.
-double travel_speed(const Limits& limits, std::size_t i, double from, double to,
-                    std::uint64_t ticks);
+/// encoder: what its velocity does not say if that channel is stuck. If states between were lost,
+/// all of the way counts as the last tick's, up to the longest that G013 takes in one.
+double travel_speed(const Limits& limits, std::size_t i, double from, double to);
 
 /// How fast measured joint `i` goes [rad/s or m/s], by its positions where its velocity says that
 /// it stands and they do not.

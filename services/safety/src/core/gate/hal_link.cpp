@@ -143,10 +143,8 @@ void HalLink::take_state(const JointState& message, std::uint64_t now_ns) {
   // An episode begins somewhere else, without a motion that led there.
   const bool same_episode = has_state_ && message.episode_tick == episode_tick_;
   for (std::size_t i = 0; i < message.positions.size(); ++i)
-    state_.travel_speeds[i] = same_episode
-                                  ? travel_speed(limits_, i, state_.positions[i],
-                                                 message.positions[i], message.tick - state_.tick)
-                                  : 0.0;
+    state_.travel_speeds[i] =
+        same_episode ? travel_speed(limits_, i, state_.positions[i], message.positions[i]) : 0.0;
   behind_lost_ = message.tick - state_.tick > 1;
   episode_tick_ = message.episode_tick;
   arrival_ns_ = now_ns;
