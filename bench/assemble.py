@@ -1,6 +1,6 @@
 """What a tick costs the state assembler: from the bytes of the joints to the bytes of the layout.
 
-    .venv/bin/python -m bench.assemble [--skill ID] [--ticks N] [--json] [--write]
+    .venv/bin/python -m bench.assemble [--skill ID] [--ticks N] [--json]
 
 Medians of the service's own core, without its bus: decoding, forward kinematics, the vector and its
 message, tick after tick of messages that were made beforehand. By the monotonic clock: to read that
@@ -17,7 +17,6 @@ import time
 
 import numpy as np
 
-from bench.page import write_table
 from fairlead.frames import MAP, ODOM
 from fairlead.messages import (
     HELD,
@@ -100,19 +99,14 @@ def main() -> int:
     parser.add_argument("--skill", default="oracle-counter-to-cabinet")
     parser.add_argument("--ticks", type=int, default=5000)
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
     args = parser.parse_args()
     found = measure(args.skill, args.ticks)
     text = (
-        "| skill | joints to layout, us | transforms before, us | links after, us | aim |\n"
-        "|---|---|---|---|---|\n"
-        f"| {args.skill} | {found['joints_us']:.0f} | {found['transforms_us']:.0f} "
-        f"| {found['links_us']:.0f} "
-        f"| <= {AIM_US:.0f} |"
+        f"{args.skill}: {found['joints_us']:.0f} us (aim {AIM_US:.0f}) from joints to vector, "
+        f"{found['transforms_us']:.0f} us before for transforms, {found['links_us']:.0f} us after "
+        "for links."
     )
     print(json.dumps(found | {"skill": args.skill}) if args.json else text)
-    if args.write:
-        write_table("assemble", text)
     return 0 if found["joints_us"] <= AIM_US else 1
 
 

@@ -127,12 +127,12 @@ def measure(priority: str, seconds: float, hogs: int, folder: Path) -> Measured:
 def table(found: Sequence[Measured], hogs: int) -> str:
     """Markdown."""
     rows = [
-        f"| with {hogs} hogs: error of a tick, ms | HAL p50, p99.9, most | loop p50, p99.9, most "
+        f"| with {hogs} hogs: error of a tick, ms | HAL p99.9, most | loop p99.9, most "
         f"| ratio of p99.9 (aim, real-time: {AIM}) |",
         "|---|---|---|---|",
     ]
     for one in found:
-        cells = [f"{e.p50_ms:.2f}, {e.p999_ms:.2f}, {e.most_ms:.2f}" for e in (one.hal, one.loop)]
+        cells = [f"{e.p999_ms:.2f}, {e.most_ms:.2f}" for e in (one.hal, one.loop)]
         rows.append(f"| HAL: {one.priority} priority | {cells[0]} | {cells[1]} | {one.ratio:.2f} |")
     return "\n".join(rows)
 

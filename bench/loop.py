@@ -180,11 +180,12 @@ def ticks_table(watched: Watched) -> str:
 
 
 def services_table(watched: Watched) -> str:
-    """Markdown: what each service took a tick, and its memory."""
-    lines = ["| service | on a processor ms | memory MB |", "|---|---|---|"]
-    for name, took in watched.services.items():
-        lines.append(f"| {name} | {took.running_ms:.2f} | {took.memory_mb:.0f} |")
-    return "\n".join(lines)
+    """What each service took a tick on a processor, and its memory."""
+    found = (
+        f"{name} {took.running_ms:.2f} ms, {took.memory_mb:.0f} MB"
+        for name, took in watched.services.items()
+    )
+    return f"{'; '.join(found)}."
 
 
 def rounds_table(rounds: Sequence[Round]) -> str:

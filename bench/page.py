@@ -18,7 +18,7 @@ def machine() -> str:
     info = Path("/proc/cpuinfo")
     names = re.findall(r"model name\s*: (.*)", info.read_text()) if info.exists() else []
     kind = names[0] if names else platform.machine()
-    return f"{os.cpu_count()} x {kind}, load average {os.getloadavg()[0]:.1f}"
+    return f"{os.cpu_count()} x {kind}, load {os.getloadavg()[0]:.1f}"
 
 
 def write_table(name: str, table: str, page: Path | None = None) -> Path:

@@ -1,10 +1,9 @@
 """Scripted, learned, remote and late policies on the same tasks: how often they succeed.
 
-    .venv/bin/python -m bench.policies [--seeds 0:10] [--only TEXT] [--json] [--write]
+    .venv/bin/python -m bench.policies [--seeds 0:10] [--only TEXT] [--json]
 
 Each line is one ``fairlead eval`` on a robot of its own. *remote*: the same policy behind
-``fairlead serve-policy``, asked over openpi's protocol. --write puts the table into
-docs/learned-policies.md.
+``fairlead serve-policy``, asked over openpi's protocol.
 """
 
 from __future__ import annotations
@@ -23,11 +22,9 @@ from typing import Any
 
 import yaml
 
-from bench.page import write_table
-from fairlead.paths import deployment_path, repo_root
+from fairlead.paths import deployment_path
 from fairlead.skill.manifest import skill_ids
 
-PAGE = Path("docs/learned-policies.md")
 FAIRLEAD = str(Path(sys.executable).with_name("fairlead"))
 MOBILE, ARM = "panda_mobile_sim", "panda_mujoco"
 EXPERT, LEARNED, REACH = "oracle-counter-to-cabinet", "bc-counter-to-cabinet", "panda-joint-reach"
@@ -140,17 +137,15 @@ def row(case: Case, found: dict[str, Any]) -> str:
     codes = ", ".join(f"{count} {code}" for code, count in sorted(refused.items())) or "-"
     ticks = f"{found['median_ticks']:g}" if found["median_ticks"] is not None else "-"
     cells = (
-        case.name, case.pacing, f"{case.latency_ms:g}",
+        f"{case.name.removesuffix(', late')}, {case.pacing}"
+        f"{f', {case.latency_ms:g} ms late' if case.latency_ms else ''}",
         f"{found['succeeded']} of {len(episodes)}", ticks, codes,
         str(sum(one["stalls"] or 0 for one in episodes)),
     )  # fmt: skip
     return f"| {' | '.join(cells)} |"
 
 
-HEADER = (
-    "| policy | pacing | late by ms | succeeded | median ticks | refused or cut | stalls |\n"
-    "|---|---|---|---|---|---|---|"
-)
+HEADER = "| policy | succeeded | median ticks | refused or cut | stalls |\n|---|---|---|---|---|"
 
 
 def main() -> int:
@@ -166,7 +161,6 @@ def main() -> int:
         "--keep", type=Path, help="folder of finished cases, which are not done again"
     )
     parser.add_argument("--json", action="store_true", help="print the documents instead")
-    parser.add_argument("--write", action="store_true", help=f"put the table into {PAGE}")
     args = parser.parse_args()
     known = set(skill_ids())
     lines, documents = [HEADER], []
@@ -179,8 +173,6 @@ def main() -> int:
         documents.append({"case": case.name, **found})
     text = "\n".join(lines)
     print(json.dumps(documents, indent=2) if args.json else text)
-    if args.write:
-        write_table("policies", text, repo_root() / PAGE)
     return 0
 
 

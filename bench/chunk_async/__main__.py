@@ -86,34 +86,37 @@ def misses(runs: Sequence[Run]) -> list[str]:
     return found
 
 
-COLUMNS = (
-    "latency ms", "seam", "H", "d", "stalls", "duty (theory)", "seam step", "synchronous",
-    "latest wins",
-)  # fmt: skip
+COLUMNS = ("latency ms, seam", "H", "d", "stalls", "duty (theory)", "largest seam step")
 
 
 def table(runs: Sequence[Run]) -> str:
-    """Markdown; seam steps are shares of a naive switch's."""
-    rows = [COLUMNS, ("---",) * len(COLUMNS), *map(_cells, runs)]
+    """Markdown: one row for all runs of a way without stalls.
+
+    Seam steps are shares of a naive switch's.
+    """
+    alike: dict[tuple[object, ...], list[Run]] = {}
+    for one in runs:
+        alike.setdefault((one.way, one.horizon, one.stalls and one.latency_ms), []).append(one)
+    rows = [COLUMNS, ("---",) * len(COLUMNS), *map(_cells, alike.values())]
     return "\n".join([*(f"| {' | '.join(row)} |" for row in rows), "", NOTE])
 
 
-def _cells(one: Run) -> tuple[str, ...]:
+def _cells(runs: Sequence[Run]) -> tuple[str, ...]:
+    one = runs[0]
+    steps = [run.seam / run.naive for run in runs if run.naive]
     return (
-        f"{one.latency_ms:.0f}",
-        one.way,
+        f"{_range([round(run.latency_ms) for run in runs])}, {one.way}",
         f"{one.horizon}",
-        f"{one.longest_ticks}",
-        f"{one.stalls} of {one.ticks}",
-        f"{one.duty:.3f} ({one.theory:.3f})",
-        _share(one.seam, one.naive),
-        f"{one.synchronous.duty:.3f}",
-        f"{one.latest_wins.duty:.3f}",
+        _range([run.longest_ticks for run in runs]),
+        f"{one.stalls} of {sum(run.ticks for run in runs)}",
+        f"{one.duty:.3f} ({min(run.theory for run in runs):.3f})",
+        f"{max(steps):.2f}" if steps else "no seam",
     )
 
 
-def _share(step: float, naive: float) -> str:
-    return f"{step / naive:.2f}" if naive else "no seam"
+def _range(numbers: Sequence[int]) -> str:
+    least, most = min(numbers), max(numbers)
+    return f"{least}" if least == most else f"{least} to {most}"
 
 
 def main() -> int:

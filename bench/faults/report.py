@@ -1,12 +1,13 @@
-"""What a campaign found, as text for a terminal and as the table of docs/faults.md.
+"""What a campaign found, as text for a terminal and as the list of docs/faults.md.
 
-The table is made from `RESULTS`, which keeps what was measured last of each row: so a few rows
+The list is made from `RESULTS`, which keeps what was measured last of each row: so a few rows
 can be measured again without the others.
 """
 
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Mapping, Sequence
 from itertools import pairwise, takewhile
 from pathlib import Path
@@ -20,8 +21,9 @@ from fairlead.paths import repo_root
 PAGE = repo_root() / "docs" / "faults.md"
 RESULTS = Path(__file__).with_name("results.json")
 BEGIN, END = "<!-- begin: make faults ARGS=--write -->", "<!-- end -->"
-DONE = ("row: fault", "outcome; longest time/bound, ms")
-LATER = ("row", "fault", "why")
+WIDTH = 120
+ANSWERS = ("verdict", "answer", "the refusal")
+"""What is measured where nothing has to brake: the list leaves these times out."""
 Entry = Mapping[str, Any]
 
 
@@ -52,30 +54,25 @@ def keep(entries: Sequence[Entry], file: Path = RESULTS) -> None:
 
 
 def document(file: Path = RESULTS) -> str:
-    """The tables: rows as measured last, and those that are not run."""
+    """The list: rows as measured last, and those that are not run."""
     known = {_key(entry): entry for entry in json.loads(file.read_text(encoding="utf-8"))}
-    days = sorted(str(entry["measured"]) for entry in known.values())
+    days = sorted(str(entry["measured"])[:10] for entry in known.values())
     done = [known[key] for row in ROWS if (key := (row.number, row.fault)) in known]
     passed = sum(_verdict(entry) == "passed" for entry in done)
     times, late = (sum(int(entry[name]) for entry in done) for name in ("n", "machine_late"))
     unmeasured = _forms([row for row in ROWS if (row.number, row.fault) not in known])
-    return "\n".join(
-        [
-            f"Measured from {days[0]} to {days[-1]} on a machine of two cores.",
-            f"{passed} of {len(ROWS)} faults passed, done {times} times ({late} more on a late "
-            f"machine); {len(ROWS) - len(done)} are not measured yet. Of all: control p50 at most "
-            f"{_most(done, 'control_p50_ms')}, max "
-            f"{_most(done, 'control_max_ms')}; HAL tick {_most(done, 'tick_max_ms')}; load "
-            f"{_most(done, 'load')}.",
-            "",
-            *_table(DONE, _lines(done)),
-            *(["", "Not measured yet:", "", *_table(LATER, unmeasured)] if unmeasured else []),
-        ]
+    summed = (
+        f"{passed} of {len(ROWS)} faults passed, done {times} times ({late} more on a late "
+        f"machine) from {days[0]} to {days[-1]}. Control: p50 at most "
+        f"{_most(done, 'control_p50_ms')}, longest {_most(done, 'control_max_ms')}; HAL tick "
+        f"{_most(done, 'tick_max_ms')}; load {_most(done, 'load')}."
     )
+    lines = [_wrapped(summed), "", *map(_wrapped, _lines(done))]
+    return "\n".join([*lines, *map(_wrapped, unmeasured)])
 
 
 def current_page() -> str:
-    """docs/faults.md with the tables as they have to be now between its marks."""
+    """docs/faults.md with the list as it has to be now between its marks."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     assert rest and after, f"{PAGE}: no markers"
@@ -86,47 +83,52 @@ def _key(entry: Entry) -> tuple[int, str]:
     return int(entry["row"]), str(entry["fault"])
 
 
-def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:
-    cells = [f"| {' | '.join(line)} |" for line in (head, *lines)]
-    return [cells[0], "|---" * len(head) + "|", *cells[1:]]
+def _wrapped(line: str) -> str:
+    indent = "  " if line.startswith("- ") else ""
+    return textwrap.fill(
+        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
 
 
-def _lines(entries: Sequence[Entry]) -> list[list[str]]:
-    """One line for the forms of a fault that have the same outcome and the same bound."""
-    forms: dict[tuple[Any, ...], list[Entry]] = {}
+def _lines(entries: Sequence[Entry]) -> list[str]:
+    """One line for the faults that end alike, within the same bound."""
+    ends: dict[tuple[str, ...], list[Entry]] = {}
     for entry in entries:
-        bound = entry["bound_ms"] and (entry["measures"], entry["bound_ms"])
-        key = (entry["row"], _verdict(entry), entry["outcome"], bound)
-        forms.setdefault(key, []).append(entry)
-    return [_line(same) for same in forms.values()]
+        ends.setdefault((_failure(entry), *_end(entry)), []).append(entry)
+    return [_line(same) for same in ends.values()]
 
 
-def _line(same: Sequence[Entry]) -> list[str]:
-    """The cells of one line: of its times the longest of any form."""
-    entry = same[0]
-    faults = _together([one["fault"] for one in same])
-    return [f"{entry['row']}: {faults}", _failure(entry) + _outcome(same)]
+def _line(same: Sequence[Entry]) -> str:
+    """How they end, with the longest time of any; then each, and in brackets what is so of it."""
+    forms: dict[tuple[int, str], list[str]] = {}
+    for entry in same:
+        more = str(entry["outcome"]).partition("; ")[2]
+        forms.setdefault((int(entry["row"]), more), []).append(str(entry["fault"]))
+    said, measures, bound = _end(same[0])
+    if bound:
+        said = said if said == measures else f"{said}; {measures}"
+        said += f" {_most(same, 'max_ms')}/{bound}"
+    faults = (
+        f"**{row}** {_together(names)}{f' ({more})' if more else ''}"
+        for (row, more), names in forms.items()
+    )
+    return f"- **{_failure(same[0])}{said[0].upper()}{said[1:]}**: {'; '.join(faults)}."
 
 
-def _outcome(same: Sequence[Entry]) -> str:
-    """With the longest time behind it, or behind the word that says what was measured."""
-    entry = same[0]
-    outcome, measures = str(entry["outcome"]), str(entry["measures"])
-    if entry["bound_ms"] is None:
-        return outcome
-    time = f"{_most(same, 'max_ms')}/{_ms(entry['bound_ms'])}"
-    if all(one.get("also") == entry["also"] != "" for one in same):
-        time += f", {entry['also']} {_most(same, 'also_max')}"
-    said, ends, more = outcome.partition(";")
-    return f"{said} {time}{ends}{more}" if said == measures else f"{outcome}; {measures} {time}"
+def _end(entry: Entry) -> tuple[str, str, str]:
+    """What happens first, what is measured and its bound; "" for both if nothing has to brake."""
+    said, measures = str(entry["outcome"]).partition(";")[0], str(entry["measures"])
+    if entry["bound_ms"] is None or measures.startswith(ANSWERS):
+        return said, "", ""
+    return said, measures, _ms(entry["bound_ms"])
 
 
-def _forms(rows: Sequence[Row]) -> list[tuple[str, str, str]]:
+def _forms(rows: Sequence[Row]) -> list[str]:
     """The lines of rows that were never measured, one a number."""
     forms: dict[int, list[str]] = {}
     for row in rows:
         forms.setdefault(row.number, []).append(row.fault)
-    return [(f"{number}", _first_of(faults), "not measured") for number, faults in forms.items()]
+    return [f"- **{number}: {_first_of(every)}.** Not measured." for number, every in forms.items()]
 
 
 def _first_of(faults: Sequence[str]) -> str:
@@ -155,7 +157,7 @@ def _most(entries: Sequence[Entry], name: str) -> str:
 def _failure(entry: Entry) -> str:
     """What stands before the outcome of a row that did not pass."""
     verdict = _verdict(entry)
-    return "" if verdict == "passed" else f"**{verdict}**: "
+    return "" if verdict == "passed" else f"{verdict}: "
 
 
 def _verdict(entry: Entry) -> str:

@@ -67,12 +67,12 @@ def table(documents: Sequence[dict[str, object]]) -> str:
     """In Markdown."""
     lines = [
         f"| p50 / p90 us | fairlead | floor | of the floor (<= {FLOOR_AIM}) | dora-rs {VERSION} "
-        f"| of dora-rs (<= {DORA_AIM}) | Zenoh over TCP |",
-        "|---|---|---|---|---|---|---|",
+        f"| of dora-rs (<= {DORA_AIM}) |",
+        "|---|---|---|---|---|---|",
     ]
     for one in documents:
         cells = [_cell(one, "fairlead"), _cell(one, "floor"), _number(one["of_floor"])]
-        cells += [_cell(one, "dora"), _number(one["of_dora"]), _cell(one, "zenoh")]
+        cells += [_cell(one, "dora"), _number(one["of_dora"])]
         lines.append(f"| {one['case']} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

@@ -11,7 +11,7 @@ large and as many (but for statuses) and compute nothing. Times of ticks are fro
 Aims, of each way's most robots and one: processor time a tick of a robot, its share of the router
 included, at most 1.15; the 99th percentile of how far a tick is off its period at most 4. Robots
 of which more than 5 % of the ticks held or never came are not carried: that is a miss, and has no
-ratio. Where a machine is full aims are missed: the table says how full it was.
+ratio. Where a machine is full aims are missed: --json says how full it was.
 
 dora-rs lives in an environment of its own (build/dora, or DORA=FOLDER); how to make it is said
 where it is absent. --write puts the tables into docs/speed.md and docs/hosts.md.
@@ -110,22 +110,17 @@ def is_carried(one: Found) -> bool:
 def table(every: Sequence[Found], failed: Failed) -> str:
     """In Markdown."""
     lines = [
-        "| robots | | processor ms a tick, of 1 | tick error p99 ms, of 1 | state to lease p99 ms "
-        "| ticks lost, held | machine busy |",
-        "|---|---|---|---|---|---|---|",
+        "| robots | processor ms a tick, of 1 | tick error p99 ms, of 1 | state to lease p99 ms |",
+        "|---|---|---|---|",
     ]
     for one in every:
         cpu, tick = ratios(one, every)
-        carried = is_carried(one)
-        cells = [
-            f"{one.robots}", one.way,
-            f"{one.cpu_ms:.2f}, {f'{cpu:.2f}' if carried else 'not carried'}",
-            f"{one.error_ms[1]:.2f}, {f'{tick:.1f}' if carried else 'not carried'}",
-            f"{one.lease_ms[1]:.2f}",
-            f"{one.lost:.1%}, {one.held:.1%}", f"{one.busy:.0%}",
-        ]  # fmt: skip
+        cells = [f"{one.robots}: {one.way}", f"{one.cpu_ms:.2f}, {cpu:.2f}"]
+        cells += [f"{one.error_ms[1]:.2f}, {tick:.1f}", f"{one.lease_ms[1]:.2f}"]
+        if not is_carried(one):
+            cells[1:] = [f"not carried: {one.lost:.0%} of ticks lost, {one.held:.0%} held", "", ""]
         lines.append(f"| {' | '.join(cells)} |")
-    lines += [f"| {count} | {way} | {why} |{' |' * 4}" for (count, way), why in failed.items()]
+    lines += [f"| {count}: {way} | {why} | | |" for (count, way), why in failed.items()]
     return "\n".join(lines)
 
 

@@ -1,14 +1,14 @@
-"""Arithmetic for many robots, from what was measured of few."""
+"""What one robot sends and takes, from what was measured of few."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 
 from bench.scale.fleet import SERVICES
 from bench.scale.measured import PERIOD_NS, Found
 from bench.scale.traffic import Sent
 
-SHARD, FLEET = 32, 1000
 PERIOD_MS = PERIOD_NS / 1e6
 LINKS = len(SERVICES) + 1
 """Of a robot with its router: HAL, gate, and the client that feeds it."""
@@ -24,7 +24,7 @@ def traffic_table(messages: Mapping[str, Sent]) -> str:
 
 
 def fleet_table(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
-    """In Markdown: of one robot, of a router's, of a thousand.
+    """In words: what one robot takes.
 
     Args:
         every: one way's, some with links that were counted. Of processor time a robot's is that
@@ -32,29 +32,18 @@ def fleet_table(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
     """
     few, most = (pick(every, key=lambda one: one.robots) for pick in (min, max))
     share = (most.memory_mb[1] - few.memory_mb[1]) / max(1, most.robots - few.robots)
-    rows: list[tuple[str, float, int]] = [
-        ("links", LINKS, 0),
-        ("messages/s", _sums(messages)[0], 0),
-        ("their kB/s", _sums(messages)[1] / 1e3, 0),
-        ("HAL, gate and client: processors", (few.cpu_ms - few.router_ms) / PERIOD_MS, 3),
-        ("router: processors", few.router_ms / PERIOD_MS, 3),
-        ("router: MB more for each robot", share, 1),
-    ]
+    rate, size = _sums(messages)
+    links = ""
     if few.links:
-        rows[3:3] = [
-            ("packets/s over links", few.links[1], 0),
-            ("kB/s over links", few.links[0] / 1e3, 0),
-        ]
-    routers = -(-FLEET // SHARD)
-    lines = [
-        f"| | one robot | a router of {SHARD} | {FLEET:,} robots on {routers} routers |",
-        "|---|---|---|---|",
-    ]
-    for what, one, digits in rows:
-        few_digits = min(digits, 1)
-        cells = (f"{one:.{digits}f}", f"{one * SHARD:,.{few_digits}f}", f"{one * FLEET:,.0f}")
-        lines.append(f"| {what} | {' | '.join(cells)} |")
-    return "\n".join(lines)
+        size_of_packets, packets = few.links
+        links = f", {packets:.0f} packets/s and {size_of_packets / 1e3:.0f} kB/s over links"
+    return fill(
+        f"{LINKS} links, {rate:.0f} messages/s, {size / 1e3:.0f} kB/s of messages{links}, "
+        f"{(few.cpu_ms - few.router_ms) / PERIOD_MS:.3f} processors "
+        f"for HAL, gate and client, of the router {few.router_ms / PERIOD_MS:.3f} processors and "
+        f"{share:.1f} MB.",
+        120,
+    )
 
 
 def _sums(messages: Mapping[str, Sent]) -> tuple[float, float]:
