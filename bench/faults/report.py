@@ -91,36 +91,32 @@ def _wrapped(line: str) -> str:
 
 
 def _lines(entries: Sequence[Entry]) -> list[str]:
-    """One line for the faults that end alike, within the same bound."""
-    ends: dict[tuple[str, ...], list[Entry]] = {}
+    """One line for the forms of a fault that have the same outcome and the same bound."""
+    forms: dict[tuple[Any, ...], list[Entry]] = {}
     for entry in entries:
-        ends.setdefault((_failure(entry), *_end(entry)), []).append(entry)
-    return [_line(same) for same in ends.values()]
+        bound = entry["bound_ms"] and (entry["measures"], entry["bound_ms"])
+        key = (entry["row"], _verdict(entry), entry["outcome"], bound)
+        forms.setdefault(key, []).append(entry)
+    return [_line(same) for same in forms.values()]
 
 
 def _line(same: Sequence[Entry]) -> str:
-    """How they end, with the longest time of any; then each, and in brackets what is so of it."""
-    forms: dict[tuple[int, str], list[str]] = {}
-    for entry in same:
-        more = str(entry["outcome"]).partition("; ")[2]
-        forms.setdefault((int(entry["row"]), more), []).append(str(entry["fault"]))
-    said, measures, bound = _end(same[0])
-    if bound:
-        said = said if said == measures else f"{said}; {measures}"
-        said += f" {_most(same, 'max_ms')}/{bound}"
-    faults = (
-        f"**{row}** {_together(names)}{f' ({more})' if more else ''}"
-        for (row, more), names in forms.items()
-    )
-    return f"- **{_failure(same[0])}{said[0].upper()}{said[1:]}**: {'; '.join(faults)}."
+    """Of its times the longest of any form."""
+    entry = same[0]
+    said = _failure(entry) + _outcome(same)
+    faults = _together([one["fault"] for one in same])
+    return f"- **{entry['row']}: {faults}.** {said[0].upper()}{said[1:]}."
 
 
-def _end(entry: Entry) -> tuple[str, str, str]:
-    """What happens first, what is measured and its bound; "" for both if nothing has to brake."""
-    said, measures = str(entry["outcome"]).partition(";")[0], str(entry["measures"])
+def _outcome(same: Sequence[Entry]) -> str:
+    """With the longest time behind it, or behind the word that says what was measured."""
+    entry = same[0]
+    outcome, measures = str(entry["outcome"]), str(entry["measures"])
     if entry["bound_ms"] is None or measures.startswith(ANSWERS):
-        return said, "", ""
-    return said, measures, _ms(entry["bound_ms"])
+        return outcome
+    time = f"{_most(same, 'max_ms')}/{_ms(entry['bound_ms'])}"
+    said, ends, more = outcome.partition(";")
+    return f"{said} {time}{ends}{more}" if said == measures else f"{outcome}; {measures} {time}"
 
 
 def _forms(rows: Sequence[Row]) -> list[str]:
@@ -157,7 +153,7 @@ def _most(entries: Sequence[Entry], name: str) -> str:
 def _failure(entry: Entry) -> str:
     """What stands before the outcome of a row that did not pass."""
     verdict = _verdict(entry)
-    return "" if verdict == "passed" else f"{verdict}: "
+    return "" if verdict == "passed" else f"**{verdict}**: "
 
 
 def _verdict(entry: Entry) -> str:
