@@ -17,7 +17,7 @@ import time
 
 import numpy as np
 
-from bench.page import write_table
+from bench.page import Write, write_table
 from fairlead.frames import MAP, ODOM
 from fairlead.messages import (
     HELD,
@@ -100,7 +100,7 @@ def main() -> int:
     parser.add_argument("--skill", default="oracle-counter-to-cabinet")
     parser.add_argument("--ticks", type=int, default=5000)
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     args = parser.parse_args()
     found = measure(args.skill, args.ticks)
     text = (

@@ -23,7 +23,7 @@ from typing import Any
 
 import yaml
 
-from bench.page import write_table
+from bench.page import Write, write_table
 from fairlead.paths import deployment_path, repo_root
 from fairlead.skill.manifest import skill_ids
 
@@ -166,7 +166,7 @@ def main() -> int:
         "--keep", type=Path, help="folder of finished cases, which are not done again"
     )
     parser.add_argument("--json", action="store_true", help="print the documents instead")
-    parser.add_argument("--write", action="store_true", help=f"put the table into {PAGE}")
+    parser.add_argument("--write", action=Write, page=PAGE, help=f"put the table into {PAGE}")
     args = parser.parse_args()
     known = set(skill_ids())
     lines, documents = [HEADER], []

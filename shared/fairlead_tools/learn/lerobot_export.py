@@ -19,6 +19,7 @@ from PIL import Image
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
 from fairlead_tools.learn.dataset import Episode, Header, episodes, read_header
+from fairlead_tools.writable import require_writable
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -116,6 +117,7 @@ def _check(header: Header, target: Path, skill: SkillManifest) -> None:
         raise ConfigError(expected(who, what + header.skill_hash, skill.skill_hash.hex()))
     if target.exists() and any(target.iterdir()):
         raise ConfigError(expected("export lerobot", "a folder that is new or empty", target))
+    require_writable("export lerobot", target)
 
 
 def _columns(episode: Episode, index: int, before: int, rate_hz: float) -> Columns:
