@@ -73,12 +73,11 @@ def test_a_link_that_leads_nowhere_is_replaced_and_hides_nothing(
 ) -> None:
     folder = written(tmp_path / "mine")
     install_skill(folder, link=True)
-    folder.rename(tmp_path / "elsewhere")
+    moved = folder.rename(tmp_path / "data" / "mine")
     assert "mine" not in skill_ids()
     with pytest.raises(ConfigError, match=f"expected a folder with rskill.yaml .* got {folder};"):
         find_skill("mine")
-    (tmp_path / "elsewhere").rename(folder)
-    install_skill(folder)
+    install_skill(moved)
     assert load_skill("mine").id == "mine"
 
 
