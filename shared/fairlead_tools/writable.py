@@ -10,6 +10,9 @@ from pathlib import Path
 
 from fairlead.errors import ConfigError
 
+BLOCK = 4096
+"""Bytes, what file systems give out at once."""
+
 
 def require_writable(who: str, path: Path) -> None:
     """Refuse a file or folder that cannot be made or written now. Makes nothing.
@@ -22,7 +25,7 @@ def require_writable(who: str, path: Path) -> None:
             with path.open("ab"):
                 pass
         with tempfile.TemporaryFile(dir=_nearest_folder(path)) as probe:
-            probe.write(b"\0")  # a full disk may take a new file, but nothing in it
+            probe.write(bytes(BLOCK))  # a full disk may take a new file, but nothing in it
     except OSError as error:
         raise not_written(who, path, error) from None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 from collections.abc import Callable
@@ -10,11 +11,13 @@ from pathlib import Path
 import pytest
 
 from fairlead.deploy.credentials import write_private
-from fairlead.deploy.registry import Registry, Running
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead.paths import repo_root, written
 from tests.cli.command import TIMEOUT_S, fairlead_command, fairlead_environment
 
 TWO_HOSTS = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
+ONE_HOST = repo_root() / "compose" / "panda_mujoco.yaml"
 
 
 def take_little() -> None:
@@ -68,6 +71,25 @@ def test_of_what_a_start_needs_the_file_is_named_and_no_draft_is_left(
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert caught.value.filename == str(tmp_path / file)
     assert files(tmp_path) == []
+
+
+@pytest.mark.processes
+def test_a_service_that_could_not_be_listed_again_is_not_restarted_and_goes_on(
+    tmp_path: Path,
+) -> None:
+    with subprocess.Popen(["sleep", "60"]) as runner:
+        services = {"runner": ServiceEntry(process_id(runner.pid), True, 0)}
+        own = process_id(os.getpid())
+        Registry(tmp_path).write(Running("mine", str(ONE_HOST), str(tmp_path), own, services))
+        done = subprocess.run(
+            fairlead_command("restart", "runner"), env=fairlead_environment(tmp_path),
+            capture_output=True, text=True, timeout=TIMEOUT_S, check=False, preexec_fn=take_little,
+        )  # fmt: skip
+        still_runs = runner.poll() is None
+        runner.kill()
+    said = f"ERROR restart runner: cannot write to {tmp_path}/running: File too large\n"
+    assert (done.returncode, done.stderr) == (1, said)
+    assert still_runs
 
 
 def test_a_file_that_cannot_be_opened_is_left_as_it_was(tmp_path: Path) -> None:
