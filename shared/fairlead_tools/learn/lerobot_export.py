@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from PIL import Image
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
 from fairlead_tools.learn.dataset import Episode, Header, episodes, read_header
-from fairlead_tools.writable import require_writable
+from fairlead_tools.writable import not_written, require_writable
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -67,7 +68,7 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
 
     Raises:
         ConfigError: no episode is left, another skill was recorded, the folder holds something,
-            pyarrow is not installed.
+            pyarrow is not installed, or the disk does not take it: nothing is left then.
     """
     try:
         import pyarrow as pa
@@ -97,16 +98,21 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
         ),
         "meta/tasks.parquet": _tasks(header.prompt, pa),
     }
-    for name, table in tables.items():
-        path = target / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        parquet.write_table(table, path)
     documents = {
         "info.json": _info(whole, header.robot, header.rate_hz, len(parts), skill),
         "stats.json": _statistics(whole),
     }
-    for name, document in documents.items():
-        (target / "meta" / name).write_text(json.dumps(document, indent=4), encoding="utf-8")
+    try:
+        for name, table in tables.items():
+            path = target / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            parquet.write_table(table, path)
+        for name, document in documents.items():
+            (target / "meta" / name).write_text(json.dumps(document, indent=4), encoding="utf-8")
+    except OSError as error:
+        for name in ("data", "meta"):  # no half of an export is left, nor is in the next one's way
+            shutil.rmtree(target / name, ignore_errors=True)
+        raise not_written("export lerobot", target, error) from None
     return len(parts)
 
 
