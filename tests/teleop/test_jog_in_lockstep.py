@@ -1,4 +1,4 @@
-"""``fairlead jog`` in a world that waits for rows: each row acts in the tick it was computed for."""
+"""``fairlead jog`` in a world that waits for rows: each acts in the tick it was made for."""
 
 from __future__ import annotations
 
