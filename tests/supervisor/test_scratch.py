@@ -39,8 +39,13 @@ def test_a_file_where_the_folder_should_be_is_a_clear_error(tmp_path: Path) -> N
 def test_ports_are_looked_for_only_where_services_listen_on_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked = []
-    monkeypatch.setattr(scratch, "free_ports", lambda count: asked.append(count) or [1, 2, 3, 4])
+    asked: list[int] = []
+
+    def found(count: int) -> list[int]:
+        asked.append(count)
+        return [1, 2, 3, 4]
+
+    monkeypatch.setattr(scratch, "free_ports", found)
     plain = make_scratch(SOURCE, tmp_path / "plain", ScratchOptions()).deployment
     assert asked == [] and not any(one.listen for one in plain.services.values())
     options = ScratchOptions(access="open", ports=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import socket
 import struct
@@ -102,7 +103,7 @@ def listener_of(place: Place) -> int | None:
     if not wanted:
         return None
     for entry in Path("/proc").iterdir():
-        if entry.name.isdigit() and wanted & _open_files(entry):
+        if entry.name.isdigit() and wanted & open_files(int(entry.name)):
             return int(entry.name)
     return None
 
@@ -133,14 +134,26 @@ def _listeners() -> Iterator[tuple[int, str]]:
                     yield int(fields[1].rpartition(":")[2], 16), fields[9]
 
 
-def _open_files(process: Path) -> set[str]:
+def own_processes() -> list[int]:
+    """Processes of this user on this host."""
+    user = re.compile(rf"^Uid:\t{os.getuid()}\t", re.M)
+    found = []
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError):  # ended just now
+            if entry.name.isdigit() and user.search((entry / "status").read_text(errors="replace")):
+                found.append(int(entry.name))
+    return found
+
+
+def open_files(process: int) -> set[str]:
+    """What a process has open; nothing of another user's, or where it is gone."""
     names = set()
     try:
-        for link in (process / "fd").iterdir():
+        for link in Path(f"/proc/{process}/fd").iterdir():
             try:
                 names.add(str(link.readlink()))
             except OSError:  # closed between the two questions
                 continue
-    except OSError:  # another user's process, or gone
+    except OSError:
         return set()
     return names
