@@ -9,6 +9,8 @@ from __future__ import annotations
 import io
 import json
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -102,18 +104,29 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
         "info.json": _info(whole, header.robot, header.rate_hz, len(parts), skill),
         "stats.json": _statistics(whole),
     }
-    try:
+    with _whole_or_nothing(target):
         for name, table in tables.items():
             path = target / name
             path.parent.mkdir(parents=True, exist_ok=True)
             parquet.write_table(table, path)
         for name, document in documents.items():
             (target / "meta" / name).write_text(json.dumps(document, indent=4), encoding="utf-8")
+    return len(parts)
+
+
+@contextmanager
+def _whole_or_nothing(target: Path) -> Iterator[None]:
+    """No half of an export is left, nor is in the way of the next one.
+
+    Raises:
+        ConfigError: the disk does not take it.
+    """
+    try:
+        yield
     except OSError as error:
-        for name in ("data", "meta"):  # no half of an export is left, nor is in the next one's way
+        for name in ("data", "meta"):
             shutil.rmtree(target / name, ignore_errors=True)
         raise not_written("export lerobot", target, error) from None
-    return len(parts)
 
 
 def _check(header: Header, target: Path, skill: SkillManifest) -> None:
