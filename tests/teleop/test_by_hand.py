@@ -216,6 +216,7 @@ def test_a_skill_that_fails_ends_teleop_with_the_reason_and_exit_code_1(
     running.client.stop()
     person.wait_for("ERROR teleop: slow-reach failed: ")
     assert person.ended() == 1
+    recover(running.client)
 
 
 def test_a_joint_is_jogged_and_the_robot_goes_home(running: ScratchRobot, tmp_path: Path) -> None:
