@@ -168,7 +168,8 @@ user = os.getuid()
 os.setresuid(65534, 65534, 65534)
 held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
 held.bind("\\0fairlead-hal/" + hashlib.sha256(f"{user}/{sys.argv[1]}".encode()).hexdigest())
-held.listen()
+if "silent" not in sys.argv:
+    held.listen()
 print("taken", flush=True)
 sys.stdin.read()
 """
@@ -195,8 +196,8 @@ def saying(word: bytes, program: str, *words: str) -> Iterator[subprocess.Popen[
         process.communicate()
 
 
-def name_taken() -> AbstractContextManager[subprocess.Popen[bytes]]:
-    return saying(b"taken", TAKEN, f"{KEYS.namespace}/{KEYS.robot}")
+def name_taken(*how: str) -> AbstractContextManager[subprocess.Popen[bytes]]:
+    return saying(b"taken", TAKEN, f"{KEYS.namespace}/{KEYS.robot}", *how)
 
 
 def sockets_of(folder: Path) -> Path:
@@ -224,11 +225,12 @@ def test_another_user_who_has_taken_the_name_is_no_hal_and_is_named() -> None:
 
 @pytest.mark.processes
 @needs_root
+@pytest.mark.parametrize("how", [(), ("silent",)], ids=["listens", "silent"])
 def test_where_another_user_has_the_name_one_hal_goes_on_in_a_folder_of_sockets_and_no_second(
-    tmp_path: Path,
+    how: tuple[str, ...], tmp_path: Path
 ) -> None:
     own, others = sockets_of(tmp_path / "own"), sockets_of(tmp_path / "others")
-    with name_taken():
+    with name_taken(*how):
         with saying(b"holds", HOLDS, KEYS.robot, str(own)) as first:
             for folder in (own, others):
                 with pytest.raises(ConfigError) as caught:

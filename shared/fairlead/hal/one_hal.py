@@ -14,7 +14,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TextIO
 
-from fairlead.deploy.credentials import access_dir
 from fairlead.deploy.process_table import open_files, own_processes
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys, last_chunk
@@ -50,30 +49,37 @@ def lock_state_folder(service: str, folder: Path) -> TextIO:
 def hold_robot(service: str, keys: Keys, folder: Path | None = None) -> ExitStack:
     """Hold a robot's id for this process, among this user's processes on this host, until closed.
 
-    A HAL is found so even if it is paused and no link to it can form. It has the name of an
-    abstract Unix socket, and a lock in the folder of its deployment's sockets, of which the name
-    may be kept from it by another user: in whatever folder another HAL of this user has such a
-    lock, it is seen among this user's processes. The kernel frees all of it when the process ends,
-    however it ends.
+    A HAL is found so even if it is paused and no link to it can form: by the name of an abstract
+    Unix socket, which another user can take first; by a lock in the folder of its deployment's
+    sockets; and, wherever that is, by a mark that it has open, for which this user's processes are
+    searched. The kernel frees all of it when the process ends, however it ends.
 
     Args:
-        folder: of the sockets, which only this user can enter; None: there is none.
+        folder: of the sockets, which only this user can enter; None: there is none, and the name
+            must be had.
 
     Raises:
         ConfigError: naming the process that holds it, or why nobody can.
     """
+    who = f"{os.getuid()}/{keys.namespace}/{keys.robot}"
+    name = f"fairlead-hal/{hashlib.sha256(who.encode()).hexdigest()}"
     with ExitStack() as held:
         is_locked = folder is not None and _lock(service, keys, folder / LOCK, held)
-        other_user = _take_name(service, keys, held)
-        if other_user and not is_locked:
-            raise ConfigError(
-                f"{service}: robot {keys.robot} cannot be held for this process: {other_user} has "
-                "taken its name; ask its owner, or give this robot another `id`"
-            )
-        if other_user:
-            logging.getLogger(service).warning("%s has taken the name of this HAL", other_user)
-        if (other := _locked_elsewhere(access_dir(keys).name, folder)) is not None:
-            raise _second_hal(service, keys, f"process {other}")
+        if not _take_name(service, keys, name, held):
+            process, user = _holder(name)
+            if user == os.getuid() or (user is None and not is_locked):
+                raise _second_hal(service, keys, f"process {process}")
+            other = f"process {process} of another user (uid {user})"
+            if not is_locked:
+                raise ConfigError(
+                    f"{service}: robot {keys.robot} cannot be held for this process: {other} has "
+                    "taken its name; ask its owner, or give this robot another `id`"
+                )
+            told = other if user is not None else "a process that does not listen"
+            logging.getLogger(service).warning("%s has taken the name of this HAL", told)
+        held.callback(os.close, os.memfd_create(name))
+        if (marked := _marked(name)) is not None:
+            raise _second_hal(service, keys, f"process {marked}")
         return held.pop_all()
 
 
@@ -94,48 +100,42 @@ def _lock(service: str, keys: Keys, path: Path, held: ExitStack) -> bool:
     return True
 
 
-def _take_name(service: str, keys: Keys, held: ExitStack) -> str:
-    """Take the socket's name; if another user has it, who that is."""
-    who = f"{os.getuid()}/{keys.namespace}/{keys.robot}"
-    name = f"\0fairlead-hal/{hashlib.sha256(who.encode()).hexdigest()}"
+def _take_name(service: str, keys: Keys, name: str, held: ExitStack) -> bool:
+    """Listen behind an abstract socket's name; False if somebody does already."""
     own = held.enter_context(socket.socket(socket.AF_UNIX))
     try:
-        own.bind(name)
+        own.bind(f"\0{name}")
     except OSError as error:
-        if error.errno != errno.EADDRINUSE:
-            raise ConfigError(
-                f"{service}: robot {keys.robot} cannot be held for this process: {error}"
-            ) from None
-        process, user = _holder(name)
-        if user == os.getuid():
-            raise _second_hal(service, keys, f"process {process}") from None
-        return f"process {process} of another user (uid {user})"
+        if error.errno == errno.EADDRINUSE:
+            return False
+        raise ConfigError(
+            f"{service}: robot {keys.robot} cannot be held for this process: {error}"
+        ) from None
     own.listen()
-    return ""
+    return True
 
 
-def _holder(name: str) -> tuple[str, int]:
-    """Process and user who listen behind a Unix socket's name; they need not answer."""
+def _holder(name: str) -> tuple[str, int | None]:
+    """Process and user who have a socket's name; they need not answer. None: not to be found out.
+
+    Who has it may not listen, or have more to accept than it may.
+    """
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
         asking.setblocking(False)
         try:
-            asking.connect(name)
-        except OSError:  # it has just ended, or just begun
-            return "unknown", os.getuid()
+            asking.connect(f"\0{name}")
+        except OSError:
+            return "unknown", None
         found = asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
         process, user, _ = _PEER.unpack(found)
         return str(process), int(user)
 
 
-def _locked_elsewhere(name: str, folder: Path | None) -> int | None:
-    """This user's process that has the lock of a deployment of this name in another folder."""
-    own = "" if folder is None else str(folder.resolve() / LOCK)
-    for process in own_processes():
-        for path in open_files(process):
-            is_lock = path.removesuffix(" (deleted)").endswith(f"/{name}/sockets/{LOCK}")
-            if is_lock and path != own and process != os.getpid():
-                return process
-    return None
+def _marked(name: str) -> int | None:
+    """Another process of this user that has a mark of this name open."""
+    mark = f"/memfd:{name} (deleted)"
+    found = (one for one in own_processes() if one != os.getpid() and mark in open_files(one))
+    return next(found, None)
 
 
 def _second_hal(service: str, keys: Keys, other: str) -> ConfigError:
