@@ -26,7 +26,7 @@ from bench.equipment.gate_scene import Scene
 from bench.equipment.turns import Turns
 from bench.gate_hop import CASES, Arrival, socket_in
 from bench.loop import DEADLINE_TICKS, SKILL, prepare
-from bench.page import write_table
+from bench.page import Write, write_table
 from fairlead.messages import encode
 from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
@@ -130,7 +130,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--count", type=int, default=2000, help="chunks of each gate")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     arguments = parser.parse_args()
     lines = [
         f"| what | open us | closed us | ratio of medians, of pairs (aim {AIM}) |",

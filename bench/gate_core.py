@@ -31,7 +31,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.page import write_table
+from bench.page import Write, write_table
 from fairlead.paths import gate_binary, gate_config, repo_root
 
 ROBOT = "panda_mobile"
@@ -217,7 +217,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--worst", type=float, metavar="SECONDS", help="only the slowest step")
     parser.add_argument("--no-instructions", action="store_true", help="do not count them")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the tables into docs/speed.md")
     return parser.parse_args()
 
 

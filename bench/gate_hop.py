@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.equipment.gate_scene import Scene
-from bench.page import write_table
+from bench.page import Write, write_table
 from fairlead.messages import ActionChunk, ActionPart, Message, Verdict, encode, pack_floats
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_binary, gate_config
@@ -241,7 +241,7 @@ def main() -> None:
         "--rows", type=int, nargs="+", default=[1, 8], help="rows of each chunk; several in turn"
     )
     parser.add_argument("--json", action="store_true", help="machine-readable")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     arguments = parser.parse_args()
     results = {
         f"{case.name}, H={rows}": results_of(case, rows, arguments.count, arguments.count_20hz)

@@ -28,7 +28,7 @@ from pathlib import Path
 from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
 from bench.equipment.motion_log import MotionLog
-from bench.page import write_table
+from bench.page import Write, write_table
 from fairlead.deploy.scheduling import realtime_words
 from fairlead.paths import repo_root
 from fairlead.robot.manifest import load_robot
@@ -147,7 +147,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60.0, help="of each of the two parts")
     parser.add_argument("--hogs", type=int, default=os.cpu_count() or 2)
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     args = parser.parse_args()
     found = []
     for priority in PRIORITIES:

@@ -30,7 +30,7 @@ from typing import Literal
 import yaml
 
 from bench.equipment.turns import Turns
-from bench.page import write_table
+from bench.page import Write, write_table
 from bench.tick_watch import Spent, TickWatch, spent
 from fairlead.deploy.deployment import load_deployment
 from fairlead.operate.goal_run import GoalOptions, run_goal
@@ -222,7 +222,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="of the episode")
     parser.add_argument("--rounds", type=int, default=3, help="episodes each way and priority")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the tables into docs/speed.md")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         rounds = []

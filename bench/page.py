@@ -2,15 +2,35 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import re
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
+from fairlead.errors import ConfigError
 from fairlead.paths import repo_root
+from fairlead_tools.writable import require_writable
 
 PAGE = Path("docs/speed.md")
+
+
+class Write(argparse.Action):
+    """--write: True, once it is known that the page, ``docs/speed.md`` or another, can be."""
+
+    def __init__(self, *, page: Path = PAGE, **options: Any) -> None:
+        super().__init__(nargs=0, default=False, **options)
+        self._page = repo_root() / page
+
+    def __call__(self, parser: argparse.ArgumentParser, namespace: Any, *_: object) -> None:
+        """Raises `SystemExit` with the reason if it cannot."""
+        try:
+            require_writable("--write", self._page)
+        except ConfigError as error:
+            parser.error(str(error))
+        setattr(namespace, self.dest, True)
 
 
 def machine() -> str:

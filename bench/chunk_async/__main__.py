@@ -33,7 +33,7 @@ from bench.chunk_async.stage import (
 )
 from bench.faults.live_stage import LATE_TICK_MS
 from bench.faults.row import MachineLateError
-from bench.page import write_table
+from bench.page import Write, write_table
 
 WANTED = (
     (0.05, BLENDED, 8.0), (0.1, BLENDED, 8.0), (0.2, BLENDED, 8.0), (0.2, PREFIX, 8.0),
@@ -129,7 +129,7 @@ def main() -> int:
     parser.add_argument("--short", action="store_true", help="three latencies, a few seconds each")
     parser.add_argument("--seed", type=int, default=1, help="of latencies, speeds and losses")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     arguments = parser.parse_args()
     with (
         tempfile.TemporaryDirectory(prefix="fairlead-async-") as folder,

@@ -14,6 +14,7 @@ from bench.faults.report import PAGE, current_page, keep, summary
 from bench.faults.row import Row
 from bench.faults.table import ROWS
 from bench.faults.timer_process import TimerProcess
+from bench.page import Write
 
 
 def main() -> int:
@@ -72,7 +73,7 @@ def _arguments() -> argparse.ArgumentParser:
     parser.add_argument("--json", action="store_true", help="print the results as data")
     parser.add_argument("--results", type=Path, help="also write the results to this file")
     parser.add_argument("--logs", type=Path, help="empty folder that keeps what processes wrote")
-    parser.add_argument("--write", action="store_true", help="rewrite the table of docs/faults.md")
+    parser.add_argument("--write", action=Write, page=PAGE, help="rewrite the table of faults.md")
     return parser
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from bench.image_move import ways
 from bench.image_move.dora import VERSION, dora, why_absent
 from bench.image_move.pictures import CASES, WARM_UP, Case
-from bench.page import write_table
+from bench.page import Write, write_table
 
 FLOOR_AIM, DORA_AIM = 1.35, 1.0
 
@@ -113,7 +113,7 @@ def main() -> int:
     parser.add_argument("--ticks", type=int, default=150, help=f"of a round, above {WARM_UP}")
     parser.add_argument("--rounds", type=int, default=4)
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     args = parser.parse_args()
     if args.ticks <= WARM_UP or args.rounds < 1:
         got = f"{args.ticks} and {args.rounds}"

@@ -30,7 +30,7 @@ from functools import partial
 from pathlib import Path
 
 from bench.image_move.dora import VERSION, why_absent
-from bench.page import write_table
+from bench.page import Write, write_table
 from bench.scale.dora import dora
 from bench.scale.fleet import fairlead, traffic
 from bench.scale.measured import Found, Window, found
@@ -168,7 +168,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seconds", type=float, default=10.0, help="of each measurement")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/")
+    parser.add_argument("--write", action=Write, help="put the tables into docs/")
     args = parser.parse_args()
     if args.seconds <= 0 or args.rounds < 1:
         parser.error(f"expected time and rounds, got {args.seconds:g} s, {args.rounds} rounds")

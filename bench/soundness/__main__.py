@@ -19,11 +19,13 @@ import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 
+from bench.page import Write
 from bench.soundness.demonstrations import ROBOTS
 from bench.soundness.results import Amount, Results, run_all
 from bench.soundness.table import document, tables, write
 from fairlead.paths import repo_root
 
+PAGE = Path("docs/soundness.md")
 SHARES = {"panda_mobile": 0.25, "panda": 0.55, "dual_panda": 0.2}
 MOST_REFUSED = 0.001
 
@@ -46,7 +48,7 @@ def main() -> int:
     parser.add_argument(
         "--keep", type=Path, help="folder of finished blocks; what is there is not done again"
     )
-    parser.add_argument("--write", action="store_true", help="write docs/soundness.md's tables")
+    parser.add_argument("--write", action=Write, page=PAGE, help=f"write {PAGE}'s tables")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
     arguments = parser.parse_args()
     amounts = {
@@ -65,7 +67,7 @@ def main() -> int:
     text = tables(results, command, f"{datetime.now(UTC):%Y-%m-%d}")
     print(json.dumps(document(results), indent=1) if arguments.json else text)
     if arguments.write:
-        write(repo_root() / "docs" / "soundness.md", text)
+        write(repo_root() / PAGE, text)
     return 0 if all(_is_sound(one) for one in results) else 1
 
 

@@ -1,5 +1,6 @@
 """A planner of one's own: it claims the base and drives it to a pose through the gate."""
 
+import argparse
 import asyncio
 import math
 import sys
@@ -29,7 +30,6 @@ async def main(deployment, *goal):
         connect(deployment, by="planner") as robot,
         robot.claim(["base"], source="planner", task="go there") as claim,
     ):
-        goal = [float(number) for number in goal]
         tick = await claim.next_tick()
         while told := rates(goal, tick.planar_pose("odom", "base_link")):
             ahead, left = np.clip(told, np.negative(FASTEST), FASTEST)
@@ -40,7 +40,11 @@ async def main(deployment, *goal):
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("deployment")
+    for name in ("x_m", "y_m", "yaw_rad"):
+        parser.add_argument(name, type=float)
     try:
-        asyncio.run(main(*sys.argv[1:]))
+        asyncio.run(main(*vars(parser.parse_args()).values()))
     except FairleadError as error:
         sys.exit(f"ERROR {error}")

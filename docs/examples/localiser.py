@@ -7,8 +7,8 @@ This one was told. A real one has found out; how to send it is the same.
 
 from __future__ import annotations
 
+import argparse
 import signal
-import sys
 import threading
 from pathlib import Path
 
@@ -16,15 +16,15 @@ from fairlead import Qos, Sample, ZenohBus, load_deployment
 from fairlead.messages import Transform, TransformBatch, decode, pack_floats
 
 
-def main(file: str, name: str, x_m: str, y_m: str) -> None:
+def main(deployment: str, name: str, x_m: float, y_m: float) -> None:
     """Answer each tick of the HAL with the transform of the same tick."""
-    deployment = load_deployment(Path(file))
-    bus = ZenohBus(deployment.tool_endpoints(name))
-    tf = bus.publisher(deployment.keys.tf(name), TransformBatch, Qos.HOT)
+    loaded = load_deployment(Path(deployment))
+    bus = ZenohBus(loaded.tool_endpoints(name))
+    tf = bus.publisher(loaded.keys.tf(name), TransformBatch, Qos.HOT)
     T_map_odom = Transform(
         parent="map",
         child="odom",
-        translation=pack_floats([float(x_m), float(y_m), 0.0]),
+        translation=pack_floats([x_m, y_m, 0.0]),
         rotation_xyzw=pack_floats([0.0, 0.0, 0.0, 1.0]),
     )
 
@@ -36,7 +36,7 @@ def main(file: str, name: str, x_m: str, y_m: str) -> None:
             )
             tf.put(batch)
 
-    bus.subscribe(deployment.keys.tf(deployment.hal), on_transforms)
+    bus.subscribe(loaded.keys.tf(loaded.hal), on_transforms)
     stopping = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: stopping.set())
     stopping.wait()
@@ -44,4 +44,9 @@ def main(file: str, name: str, x_m: str, y_m: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    parser = argparse.ArgumentParser(description="A localiser: says at every tick where odom is.")
+    parser.add_argument("deployment")
+    parser.add_argument("name")
+    for number in ("x_m", "y_m"):
+        parser.add_argument(number, type=float)
+    main(**vars(parser.parse_args()))

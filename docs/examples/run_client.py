@@ -1,5 +1,6 @@
 """A program of one's own: it has a robot run a skill, and looks on."""
 
+import argparse
 import asyncio
 import sys
 
@@ -23,7 +24,10 @@ async def main(deployment: str, skill: str, prompt: str) -> None:
 
 
 if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    for name in ("deployment", "skill", "prompt"):
+        parser.add_argument(name)
     try:
-        asyncio.run(main(*sys.argv[1:]))
+        asyncio.run(main(**vars(parser.parse_args())))
     except FairleadError as error:
         sys.exit(f"ERROR {error}")

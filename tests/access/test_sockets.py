@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -20,7 +21,7 @@ from bench.equipment.live_robot import wait_for
 from bench.faults.live_stage import LiveStage, live_stage
 from fairlead.deploy.credentials import access_dir
 from fairlead.deploy.deployment import Deployment, load_deployment
-from fairlead.deploy.process_table import is_listening
+from fairlead.deploy.process_table import is_listening, listener_of
 from fairlead.deploy.sockets import LONGEST_PATH, forget_sockets, socket_endpoint, socket_path
 from fairlead.errors import ConfigError, TransportError
 from fairlead.keys import Keys
@@ -123,12 +124,27 @@ def test_where_the_path_is_too_long_services_meet_by_a_short_link(
     assert not link.is_symlink(), "it went with the deployment"
 
 
-def test_a_socket_of_anybody_with_a_line_break_in_its_path_is_one_of_many(tmp_path: Path) -> None:
-    with socket.socket(socket.AF_UNIX) as odd, socket.socket(socket.AF_UNIX) as other:
-        for one, name in ((odd, "line\nbreak"), (other, "other")):
-            one.bind(str(tmp_path / name))
-            one.listen()
-        assert is_listening(str(tmp_path / "other")) and not is_listening(str(tmp_path / "none"))
+def test_nobody_can_make_a_socket_look_taken_by_a_socket_of_theirs() -> None:
+    """Each socket's name stands in a line of /proc/net/unix, line breaks and all."""
+    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX) as forger:
+        path = f"{folder}/free"
+        line = f"0: 2 0 00010000 1 1 {os.fstat(forger.fileno()).st_ino} {path}\n"
+        forger.bind(f"\0\n{line}")
+        forger.listen()
+        assert f"\n{line}" in Path("/proc/net/unix").read_text(errors="replace")
+        assert not is_listening(path) and listener_of(path) is None
+
+
+def test_who_listens_is_known_until_it_ends_whatever_is_left_of_it(tmp_path: Path) -> None:
+    path = str(tmp_path / "its.sock")
+    assert not is_listening(path)
+    with socket.socket(socket.AF_UNIX) as one:
+        one.bind(path)
+        assert not is_listening(path)
+        one.listen(0)
+        assert listener_of(path) == os.getpid()
+        assert all(is_listening(path) for _ in range(3)), "it need not accept anybody"
+    assert Path(path).is_socket() and not is_listening(path) and listener_of(path) is None
 
 
 @pytest.mark.parametrize("odd", ["line\nbreak", "no text\udcff", "?", "#"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import resource
 import subprocess
 from collections.abc import Callable
@@ -10,16 +12,25 @@ from pathlib import Path
 import pytest
 
 from fairlead.deploy.credentials import write_private
-from fairlead.deploy.registry import Registry, Running
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead.paths import repo_root, written
+from fairlead_tools.writable import BLOCK, not_written
 from tests.cli.command import TIMEOUT_S, fairlead_command, fairlead_environment
+from tests.learn.drawn import drawn_dataset, drawn_episode
 
 TWO_HOSTS = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
+ONE_HOST = repo_root() / "compose" / "panda_mujoco.yaml"
 
 
-def take_little() -> None:
-    """Let no file of this process have more than 20 bytes."""
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+def take_little(most_bytes: int = 20) -> None:
+    """Let no file of this process have more bytes."""
+    hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, hard))
+
+
+def take_two_blocks() -> None:
+    take_little(2 * BLOCK)
 
 
 def files(folder: Path) -> list[str]:
@@ -68,6 +79,46 @@ def test_of_what_a_start_needs_the_file_is_named_and_no_draft_is_left(
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert caught.value.filename == str(tmp_path / file)
     assert files(tmp_path) == []
+
+
+@pytest.mark.processes
+def test_an_export_that_finds_no_room_says_where_and_leaves_nothing(tmp_path: Path) -> None:
+    data = drawn_dataset(tmp_path / "data", drawn_episode(1, 200))
+    target = tmp_path / "lerobot"
+    done = subprocess.run(
+        fairlead_command("export", "lerobot", str(data), str(target)),
+        env=fairlead_environment(tmp_path), capture_output=True, text=True, timeout=TIMEOUT_S,
+        check=False, preexec_fn=take_two_blocks,
+    )  # fmt: skip
+    said = f"ERROR export lerobot: cannot write to {target}: File too large\n"
+    assert (done.returncode, done.stderr) == (1, said)
+    assert files(target) == []
+
+
+def test_of_a_full_disk_is_said_how_much_room_is_left(tmp_path: Path) -> None:
+    error = OSError(errno.ENOSPC, "Error writing bytes to file. Detail: [errno 28] No space left")
+    said = str(not_written("export lerobot", tmp_path / "new", error))
+    wanted = f"export lerobot: cannot write to {tmp_path}/new: No space left on device ("
+    assert said.startswith(wanted) and said.endswith(" MB are free there)"), said
+
+
+@pytest.mark.processes
+def test_a_service_that_could_not_be_listed_again_is_not_restarted_and_goes_on(
+    tmp_path: Path,
+) -> None:
+    with subprocess.Popen(["sleep", "60"]) as runner:
+        services = {"runner": ServiceEntry(process_id(runner.pid), True, 0)}
+        own = process_id(os.getpid())
+        Registry(tmp_path).write(Running("mine", str(ONE_HOST), str(tmp_path), own, services))
+        done = subprocess.run(
+            fairlead_command("restart", "runner"), env=fairlead_environment(tmp_path),
+            capture_output=True, text=True, timeout=TIMEOUT_S, check=False, preexec_fn=take_little,
+        )  # fmt: skip
+        still_runs = runner.poll() is None
+        runner.kill()
+    said = f"ERROR restart runner: cannot write to {tmp_path}/running: File too large\n"
+    assert (done.returncode, done.stderr) == (1, said)
+    assert still_runs
 
 
 def test_a_file_that_cannot_be_opened_is_left_as_it_was(tmp_path: Path) -> None:

@@ -8,15 +8,17 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import pytest
 import yaml
 
 from bench.equipment.live_robot import wait_for
+from fairlead.deploy.credentials import forget_secrets
 from fairlead.errors import ConfigError
-from fairlead.hal import identity
-from fairlead.hal.identity import hold_robot, refuse_second_hal
+from fairlead.hal import one_hal
+from fairlead.hal.one_hal import hold_robot, refuse_second_hal
 from fairlead.keys import Keys
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.memory_bus import MemoryBus
@@ -42,17 +44,21 @@ raise SystemExit(run_service("busy", lambda context: run_hal(context, equip, wha
 
 
 class BusyHal:
-    """A HAL process that is busy with its equipment for ever; it answers nothing."""
+    """A HAL process that is busy with its equipment for ever; it answers nothing.
+
+    ports: of each service; 0: it has a socket.
+    """
 
     def __init__(self, folder: Path, ports: dict[str, int]) -> None:
         folder.mkdir()
         (folder / "busy.py").write_text(BUSY_HAL)
         services = {
-            name: {"run": "hal_kinematic", "listen": f"tcp/127.0.0.1:{port}"}
+            name: {"run": "hal_kinematic"} | ({"listen": f"tcp/127.0.0.1:{port}"} if port else {})
             for name, port in ports.items()
         }
         spec = {"robot": "panda", "id": KEYS.robot, "pacing": "realtime", "services": services}
-        spec["access"] = "open"  # each listens on a port of its own
+        if any(ports.values()):
+            spec["access"] = "open"  # each listens on a port of its own
         (folder / "robot.yaml").write_text(yaml.safe_dump(spec, sort_keys=False))
         words = [sys.executable, str(folder / "busy.py"), "--deployment"]
         words += [str(folder / "robot.yaml"), "--service", "hal", "--state-dir", str(folder)]
@@ -144,7 +150,7 @@ def test_of_hals_that_look_at_the_same_moment_one_goes_on() -> None:
 def test_a_hal_that_stays_is_named_whoever_comes_first(
     other: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(identity, "GO_S", 0.0)
+    monkeypatch.setattr(one_hal, "GO_S", 0.0)
     bus = MemoryBus()
     bus.declare_token(KEYS.hal_session(other))
     with pytest.raises(ConfigError) as caught:
@@ -161,18 +167,51 @@ user = os.getuid()
 os.setresuid(65534, 65534, 65534)
 held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
 held.bind("\\0fairlead-hal/" + hashlib.sha256(f"{user}/{sys.argv[1]}".encode()).hexdigest())
-held.listen()
+if "silent" not in sys.argv:
+    held.listen()
 print("taken", flush=True)
 sys.stdin.read()
 """
 
 
+HOLDS = """
+import sys
+from pathlib import Path
+from fairlead.hal.one_hal import hold_robot
+from fairlead.keys import Keys
+with hold_robot("hal", Keys(sys.argv[1]), Path(sys.argv[2])):
+    print("holds", flush=True)
+    sys.stdin.read()
+"""
+
+
+@contextmanager
+def saying(word: bytes, program: str, *words: str) -> Iterator[subprocess.Popen[bytes]]:
+    command = [sys.executable, "-c", program, *words]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stdout.readline() == word + b"\n"
+        yield process
+        process.kill()
+        process.communicate()
+
+
+def name_taken(*how: str) -> AbstractContextManager[subprocess.Popen[bytes]]:
+    return saying(b"taken", TAKEN, f"{KEYS.namespace}/{KEYS.robot}", *how)
+
+
+def sockets_of(folder: Path) -> Path:
+    found = folder / KEYS.robot / "sockets"
+    found.mkdir(parents=True)
+    return found
+
+
+needs_root = pytest.mark.skipif(os.getuid() != 0, reason="only root can become another user")
+
+
 @pytest.mark.processes
-@pytest.mark.skipif(os.getuid() != 0, reason="only root can become another user")
+@needs_root
 def test_another_user_who_has_taken_the_name_is_no_hal_and_is_named() -> None:
-    words = [sys.executable, "-c", TAKEN, f"{KEYS.namespace}/{KEYS.robot}"]
-    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
-        assert other.stdout is not None and other.stdout.readline() == b"taken\n"
+    with name_taken() as other:
         said = (
             f"^hal: robot {KEYS.robot} cannot be held for this process: process {other.pid} of "
             "another user .uid 65534. has taken its name; ask its owner, or give this robot "
@@ -180,5 +219,43 @@ def test_another_user_who_has_taken_the_name_is_no_hal_and_is_named() -> None:
         )
         with pytest.raises(ConfigError, match=said):
             hold_robot("hal", KEYS)
-        other.communicate()
     hold_robot("hal", KEYS).close()
+
+
+@pytest.mark.processes
+@needs_root
+@pytest.mark.parametrize("how", [(), ("silent",)], ids=["listens", "silent"])
+def test_where_another_user_has_the_name_one_hal_goes_on_in_a_folder_of_sockets_and_no_second(
+    how: tuple[str, ...], tmp_path: Path
+) -> None:
+    own = sockets_of(tmp_path / "own")
+    with name_taken(*how):
+        with saying(b"holds", HOLDS, KEYS.robot, str(own)) as first:
+            with pytest.raises(ConfigError) as caught:
+                hold_robot("hal", KEYS, own)
+            assert str(caught.value) == REFUSED.format(f"process {first.pid}")
+        hold_robot("hal", KEYS, own).close()
+
+
+@pytest.mark.processes
+@needs_root
+def test_a_hal_s_process_starts_where_another_user_has_its_name_and_says_so(tmp_path: Path) -> None:
+    with name_taken() as other:
+        hal = BusyHal(tmp_path / "hal", {"hal": 0})
+        try:
+            wait_for(lambda: hal.has_decided, "it has decided", 60.0)
+        finally:
+            hal.process.kill()
+            hal.process.wait()
+        forget_secrets(KEYS)
+    assert "equips" in hal.said
+    assert f"process {other.pid} of another user (uid 65534) has taken the name" in hal.said
+
+
+@pytest.mark.processes
+def test_of_two_folders_and_of_one_of_them_and_none_one_goes_on(tmp_path: Path) -> None:
+    with saying(b"holds", HOLDS, KEYS.robot, str(sockets_of(tmp_path / "own"))) as first:
+        for folder in (None, sockets_of(tmp_path / "others")):
+            with pytest.raises(ConfigError) as caught:
+                hold_robot("hal", KEYS, folder)
+            assert str(caught.value) == REFUSED.format(f"process {first.pid}")

@@ -32,7 +32,7 @@ def written(folder: Path) -> Path:
     return folder
 
 
-def test_a_linked_skill_is_its_folder_and_a_copy_replaces_the_link(
+def test_a_linked_skill_is_its_folder_and_a_copy_replaces_the_link_only_by_force(
     installed: Path, tmp_path: Path
 ) -> None:
     folder = written(tmp_path / "mine")
@@ -41,7 +41,17 @@ def test_a_linked_skill_is_its_folder_and_a_copy_replaces_the_link(
     manifest.write_text(manifest.read_text().replace("version: 0.1.0", "version: 0.2.0"))
     assert load_skill("mine").version == "0.2.0"
     assert install_skill(folder, link=True).is_symlink(), "the same link again needs no force"
-    install_skill(folder)
+    copied = fairlead_here("skill", "install", str(folder), state=tmp_path)
+    assert (copied.returncode, copied.stderr) == (
+        1,
+        f"ERROR skill mine: {installed}/mine is a link to {folder}, whose edits need no new "
+        "install; replace the link with --force\n",
+    )
+    other = written(tmp_path / "other" / "mine")
+    with pytest.raises(ConfigError, match=f"is a link to {folder}, "):
+        install_skill(other, link=True)
+    assert (installed / "mine").resolve() == folder
+    install_skill(folder, force=True)
     assert not (installed / "mine").is_symlink() and load_skill("mine").version == "0.2.0"
     assert (folder / "rskill.yaml").is_file()
 
@@ -63,12 +73,11 @@ def test_a_link_that_leads_nowhere_is_replaced_and_hides_nothing(
 ) -> None:
     folder = written(tmp_path / "mine")
     install_skill(folder, link=True)
-    folder.rename(tmp_path / "elsewhere")
+    moved = folder.rename(tmp_path / "data" / "mine")
     assert "mine" not in skill_ids()
     with pytest.raises(ConfigError, match=f"expected a folder with rskill.yaml .* got {folder};"):
         find_skill("mine")
-    (tmp_path / "elsewhere").rename(folder)
-    install_skill(folder)
+    install_skill(moved)
     assert load_skill("mine").id == "mine"
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from fairlead.errors import ConfigError
 from fairlead.paths import deployment_path, repo_root
+from fairlead_tools.supervisor import scratch
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
@@ -33,6 +34,24 @@ def test_a_file_where_the_folder_should_be_is_a_clear_error(tmp_path: Path) -> N
     (tmp_path / "state").write_text("", encoding="utf-8")
     with pytest.raises(ConfigError, match="cannot be made anew: File exists"):
         make_scratch(SOURCE, tmp_path / "state", ScratchOptions())
+
+
+def test_ports_are_looked_for_only_where_services_listen_on_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+
+    def found(count: int) -> list[int]:
+        asked.append(count)
+        return [1, 2, 3, 4]
+
+    monkeypatch.setattr(scratch, "free_ports", found)
+    plain = make_scratch(SOURCE, tmp_path / "plain", ScratchOptions()).deployment
+    assert asked == [] and not any(one.listen for one in plain.services.values())
+    options = ScratchOptions(access="open", ports=True)
+    listening = make_scratch(SOURCE, tmp_path / "ports", options).deployment
+    ports = sorted(one.listen for one in listening.services.values())
+    assert asked == [4] and ports == [f"tcp/127.0.0.1:{number}" for number in (1, 2, 3, 4)]
 
 
 def test_a_copy_of_a_real_robot_would_drive_the_real_one(tmp_path: Path) -> None:

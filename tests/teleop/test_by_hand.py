@@ -207,6 +207,18 @@ def test_a_policy_is_taken_over_and_given_back_without_a_jump_and_each_turn_is_l
     ]
 
 
+def test_a_skill_that_fails_ends_teleop_with_the_reason_and_exit_code_1(
+    running: ScratchRobot, teleop: Start
+) -> None:
+    person = teleop("--over", "slow-reach")
+    person.wait_for("slow-reach drives")
+    wait_for(lambda: claims(running) == [("runner", ("arm", "gripper"))], "the policy has it")
+    running.client.stop()
+    person.wait_for("ERROR teleop: slow-reach failed: ")
+    assert person.ended() == 1
+    recover(running.client)
+
+
 def test_a_joint_is_jogged_and_the_robot_goes_home(running: ScratchRobot, tmp_path: Path) -> None:
     def do(*words: str) -> tuple[int, str]:
         where = ("--deployment", str(running.scratch.file), "--speed", "1")

@@ -1,9 +1,16 @@
-"""Questions to Linux about processes, ports and sockets, answered from ``/proc``."""
+"""Questions to Linux about processes, ports and sockets.
+
+Of a socket's path the socket itself is asked: lines of ``/proc/net/unix`` may be anybody's, for a
+path may have line breaks.
+"""
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
+import socket
+import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,7 +20,8 @@ Place = int | str
 """A TCP port, or the path of a socket."""
 
 _LISTEN = "0A"  # TCP_LISTEN in /proc/net/tcp
-_ACCEPTS = "00010000"  # in /proc/net/unix
+_NOBODY = (errno.ENOENT, errno.ENOTDIR, errno.ECONNREFUSED)  # none is there, or its owner is gone
+_PEER = struct.Struct("3i")  # process, user, group
 _STARTED_FIELD = 19  # field 22 of /proc/PID/stat, counted after the command's bracket
 
 
@@ -80,45 +88,60 @@ def group_members(group: int) -> list[int]:
 
 
 def is_listening(place: Place) -> bool:
-    """Whether any process on this host listens there."""
-    return any(one == place for one, _ in _listeners())
+    """Whether any process on this host listens there; so too where that cannot be found out."""
+    if isinstance(place, str):
+        return _listener_at(place) is not None
+    return any(port == place for port, _ in _listeners())
 
 
 def listener_of(place: Place) -> int | None:
-    """Who listens there; None if nobody does or the owner is another user."""
-    wanted = {f"socket:[{inode}]" for one, inode in _listeners() if one == place}
+    """Who listens there; None if nobody does, or it cannot be found out who."""
+    if isinstance(place, str):
+        return _listener_at(place) or None
+    wanted = {f"socket:[{inode}]" for port, inode in _listeners() if port == place}
     if not wanted:
         return None
     for entry in Path("/proc").iterdir():
-        if entry.name.isdigit() and wanted & _open_files(entry):
+        if entry.name.isdigit() and wanted & _open_files(int(entry.name)):
             return int(entry.name)
     return None
 
 
-def _listeners() -> Iterator[tuple[Place, str]]:
-    """Each place where somebody listens, and the number of its socket."""
+def _listener_at(path: str) -> int | None:
+    """The process behind a socket's path, which need not answer; 0: not to be found out."""
+    if not path:
+        return None
+    with socket.socket(socket.AF_UNIX) as asking:
+        asking.setblocking(False)
+        try:
+            asking.connect(path)
+        except OSError as error:  # EAGAIN: it has more to accept than it may
+            return None if error.errno in _NOBODY else 0
+        process, *_ = _PEER.unpack(
+            asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
+        )
+        return int(process)
+
+
+def _listeners() -> Iterator[tuple[int, str]]:
+    """Each TCP port where somebody listens, and the number of its socket."""
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         with suppress(OSError), Path(table).open(encoding="ascii") as rows:  # or without IPv6
             for row in rows:
                 fields = row.split()
                 if fields[3] == _LISTEN:
                     yield int(fields[1].rpartition(":")[2], 16), fields[9]
-    with suppress(OSError), Path("/proc/net/unix").open("rb") as table_of:
-        for raw in table_of:
-            fields = os.fsdecode(raw.rstrip(b"\n")).split(maxsplit=7)
-            # Without a path there are seven; of a path with a line break a rest may stand alone.
-            if len(fields) == 8 and fields[3] == _ACCEPTS:
-                yield fields[7], fields[6]
 
 
-def _open_files(process: Path) -> set[str]:
+def _open_files(process: int) -> set[str]:
+    """What a process has open; nothing of another user's, or where it is gone."""
     names = set()
     try:
-        for link in (process / "fd").iterdir():
+        for link in Path(f"/proc/{process}/fd").iterdir():
             try:
                 names.add(str(link.readlink()))
             except OSError:  # closed between the two questions
                 continue
-    except OSError:  # another user's process, or gone
+    except OSError:
         return set()
     return names

@@ -103,6 +103,11 @@ class Registry:
     def __init__(self, root: Path | None = None) -> None:
         self.root = root if root is not None else user_state_dir()
 
+    @property
+    def folder(self) -> Path:
+        """Where the files are; it need not exist yet."""
+        return self.root / "running"
+
     def default_state_dir(self, name: str) -> Path:
         """Where a deployment keeps logs and state if it is not told."""
         return self.root / name
@@ -202,13 +207,13 @@ class Registry:
 
     def _make_folder(self) -> None:
         """What robots do is nobody else's to read."""
-        make_private(self.root / "running")
+        make_private(self.folder)
 
     def _path(self, name: str, suffix: str) -> Path:
-        return self.root / "running" / f"{name}.{suffix}"
+        return self.folder / f"{name}.{suffix}"
 
     def _read_all(self) -> Iterator[Running]:
-        for path in sorted((self.root / "running").glob("*.json")):
+        for path in sorted(self.folder.glob("*.json")):
             try:
                 yield msgspec.json.decode(path.read_bytes(), type=Running)
             except FileNotFoundError:  # it ended just now

@@ -1,31 +1,22 @@
-"""Which HAL this is: its robot, how it is deployed, and that it is the only one."""
+"""Which HAL this is: its robot, and how it is deployed."""
 
 from __future__ import annotations
 
-import errno
-import fcntl
 import hashlib
 import json
-import os
-import socket
-import struct
-import threading
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
 from fairlead.hal.backend import BackendDescription, CommandCheck, Measurement
 from fairlead.hal.core import Pacing
-from fairlead.keys import Keys, last_chunk
+from fairlead.keys import Keys
 from fairlead.messages import NO_HASH, FloatArray
 from fairlead.paths import robot_dir
 from fairlead.robot.gate_file import compile_gate_config, source_digests
 from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.manifest import RobotManifest
-from fairlead.wire.bus import Bus
 
 
 @dataclass(frozen=True)
@@ -155,111 +146,3 @@ class HostSettings:
     def lockstep(self) -> bool:
         """Whether the world waits for the decision on its tick."""
         return self.pacing == "lockstep"
-
-
-LOOK_S = 0.7
-"""Longer than a Zenoh session waits between two attempts to connect (0.5 s)."""
-GO_S = 4.0
-"""What a HAL that started at the same moment, or died with its host, gets to be gone."""
-_PEER = struct.Struct("3i")  # process, user, group
-
-
-def lock_state_folder(service: str, folder: Path) -> TextIO:
-    """Hold a folder for this process; the lock ends with the process, however it ends.
-
-    Raises:
-        ConfigError: if another process holds it.
-    """
-    path = folder / "hal.lock"
-    file = path.open("a")
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        file.close()
-        raise ConfigError(
-            f"{service}: another HAL still uses {folder}; see: fairlead ps, then: fairlead down"
-        ) from None
-    return file
-
-
-def hold_robot(service: str, keys: Keys) -> socket.socket:
-    """Hold a robot's id for this process, among this user's processes on this host.
-
-    A HAL is found so even if it is paused and no link to it can form. The name is an abstract
-    Unix socket's: the kernel frees it when the process ends, however it ends.
-
-    Raises:
-        ConfigError: naming the process that holds it, or why nobody can.
-    """
-    who = f"{os.getuid()}/{keys.namespace}/{keys.robot}"
-    name = f"\0fairlead-hal/{hashlib.sha256(who.encode()).hexdigest()}"
-    held = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    try:
-        held.bind(name)
-    except OSError as error:
-        held.close()
-        if error.errno == errno.EADDRINUSE:
-            process, user = _holder(name)
-            if user != os.getuid():
-                raise ConfigError(
-                    f"{service}: robot {keys.robot} cannot be held for this process: process "
-                    f"{process} of another user (uid {user}) has taken its name; ask its owner, or "
-                    "give this robot another `id`"
-                ) from None
-            raise _second_hal(service, keys, f"process {process}") from None
-        raise ConfigError(
-            f"{service}: robot {keys.robot} cannot be held for this process: {error}"
-        ) from None
-    held.listen()
-    return held
-
-
-def _holder(name: str) -> tuple[str, int]:
-    """Process and user who listen behind a Unix socket's name; they need not answer."""
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
-        asking.setblocking(False)
-        try:
-            asking.connect(name)
-        except OSError:  # it has just ended, or just begun
-            return "unknown", os.getuid()
-        found = asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
-        process, user, _ = _PEER.unpack(found)
-        return str(process), int(user)
-
-
-def _second_hal(service: str, keys: Keys, other: str) -> ConfigError:
-    return ConfigError(
-        f"{service}: robot {keys.robot} already has a HAL ({other}, which may still start or be "
-        "paused); see: fairlead ps, then: fairlead down"
-    )
-
-
-def refuse_second_hal(service: str, bus: Bus, keys: Keys, session: int) -> None:
-    """Announce this HAL, then look for others of the robot that its Zenoh session can reach.
-
-    Whether they answer does not matter: one that is busy or still starts counts. Of several that
-    start together the one with the smallest session goes on, once the others have ended.
-
-    Raises:
-        ConfigError: naming the session of another HAL.
-    """
-    own, others, changed = keys.hal_session(session), set[str](), threading.Condition()
-
-    def on_token(key: str, alive: bool) -> None:
-        with changed:
-            (others.add if alive and key != own else others.discard)(key)
-            changed.notify_all()
-
-    def comes_first() -> bool:
-        return min(others, default=own) < own
-
-    token = bus.declare_token(own)
-    watch = bus.watch_tokens(keys.every_hal_session, on_token)
-    with changed:
-        changed.wait_for(comes_first, LOOK_S)
-        changed.wait_for(lambda: not others or comes_first(), GO_S)
-        found = sorted(others)
-    watch.undeclare()
-    if found:
-        token.undeclare()
-        raise _second_hal(service, keys, f"session {last_chunk(found[0])}")

@@ -8,20 +8,17 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Generic, TypeVar
 
 from pydantic import BaseModel
 
+from fairlead.deploy.sockets import socket_path
 from fairlead.hal.backend import Backend, CameraFeed, FrameModel, TraceSource
 from fairlead.hal.frame_check import check_frames
 from fairlead.hal.host import SUSPENDED_NS, HalHost
-from fairlead.hal.identity import (
-    HostSettings,
-    hold_robot,
-    identity_of,
-    lock_state_folder,
-    refuse_second_hal,
-)
+from fairlead.hal.identity import HostSettings, identity_of
+from fairlead.hal.one_hal import hold_robot, lock_state_folder, refuse_second_hal
 from fairlead.hal.plan_executor import MotionLog
 from fairlead.messages import ResetEpisode
 from fairlead.robot.manifest import RobotManifest, load_robot
@@ -84,9 +81,10 @@ async def run_hal(
         ConfigError: if the robot has a HAL already, or the backend does not fit it; if frames are
             elsewhere than the robot's description has them.
     """
+    keys, socket = context.deployment.keys, socket_path(context.deployment.listen(context.name))
     with (
         lock_state_folder(context.name, context.state_dir),
-        hold_robot(context.name, context.deployment.keys),
+        hold_robot(context.name, keys, Path(socket).parent if socket else None),
     ):
         await run_in_thread(context, "tick", lambda ending: _tick(context, equip, what, ending))
 

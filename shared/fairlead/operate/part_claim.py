@@ -58,8 +58,8 @@ class PartClaim:
     (after 300 ms in realtime, 2 s in lockstep). Leaving the block, also by an error or because
     the task is cancelled, gives the parts back; they hold still.
 
-    In lockstep the world waits for each tick's rows; in realtime the parts hold once the rows
-    of the newest chunk are used up.
+    In lockstep the world waits where a tick has no row yet; in realtime the parts hold once the
+    rows of the newest chunk are used up.
 
     Attributes:
         reply: the gate's: the claim's id, its epoch and the HAL's session.

@@ -48,6 +48,7 @@ from fairlead_tools.cli.run import (
 from fairlead_tools.cli.running_deployments import entries_of, wait_seen, wait_started
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.writable import require_writable
 
 MAX_EPISODES = 100_000
 MAX_LATENCY_MS = 10_000.0
@@ -131,6 +132,7 @@ def eval_command(
     wish = GoalOptions(skill, prompt, deadline_ticks, stall_timeout, named)
     admission = Admission(manifest, load_robot(chosen.robot))
     admission.require()
+    require_writable("eval: --out", out)
     own = _Own(pacing, latency_ms) if pacing is not None or latency_ms is not None else None
     done: list[Episode] = []
     ended_by: BaseException | None = None

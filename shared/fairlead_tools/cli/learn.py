@@ -32,6 +32,7 @@ from fairlead_tools.cli.options import (
     make_group,
 )
 from fairlead_tools.cli.skill import installed_skill
+from fairlead_tools.writable import require_writable
 
 if TYPE_CHECKING:
     from fairlead_tools.learn.dataset import Header
@@ -107,6 +108,7 @@ def record_command(
     manifest = load_skill(installed_skill(skill))
     out = out or DATASETS / manifest.id
     Admission(manifest, load_robot(chosen.robot)).require()
+    require_writable("dataset record: --out", out)
     teacher = _teacher(expert, beta, noise, deployed)
     header = begin(out, manifest, chosen.robot, noise, expert or "", deployed=deployed)
     with ProgressLine() as line:

@@ -27,6 +27,7 @@ from fairlead_tools.parity.plain_episodes import (
     compare_with_plain,
 )
 from fairlead_tools.parity.random_episodes import random_episodes
+from fairlead_tools.writable import require_writable
 
 DEADLINE_TICKS = 800
 
@@ -74,6 +75,7 @@ def parity_command(
     if random_scale is not None:
         deployed = random_episodes(loaded, manifest, random_scale, seeds, ticks)
     else:
+        require_writable("parity: --out", out)
         with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
             deployed = deployed_episodes(
                 source, wish, seeds, out / "state", lambda now: line.show(now.line())

@@ -15,6 +15,7 @@ from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example
 from fairlead_tools.record.picture_file import require_picture
+from fairlead_tools.writable import require_writable
 
 if TYPE_CHECKING:
     from fairlead_tools.shape.capsule_pairs import CapsulePair
@@ -65,7 +66,10 @@ def capsules_command(
 
     if picture is not None:
         require_picture("robot capsules --picture", picture)
+        require_writable("robot capsules: --picture", picture)
     manifest = load_robot(robot)
+    if not check:
+        require_writable("robot capsules", robot_dir(robot) / manifest.capsules)
     clearance_m = min(one.self_collision.clearance_m for one in manifest.safety.values())
     most_m = max(one.self_collision.clearance_m for one in manifest.safety.values())
     margin_m = None if drop_margin_m is None else drop_margin_m + most_m - clearance_m

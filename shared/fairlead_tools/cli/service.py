@@ -48,6 +48,7 @@ from fairlead_tools.supervisor.command_line import (
     service_environment,
 )
 from fairlead_tools.supervisor.this_host import check_places_free, choose_host
+from fairlead_tools.writable import require_writable
 
 
 @example("fairlead service panda_mujoco hal")
@@ -160,6 +161,7 @@ def restart_command(
     entry = choose_running(deployment)
     old = _supervised_process(entry, service)
     load_robot(load_deployment(Path(entry.deployment)).robot)  # what would not start goes on
+    require_writable(f"restart {service}", Registry().folder)  # there `up` says that it is ready
     _refuse_while_claimed(entry, service)
     end_processes([old], GRACE_S)
     pid = _wait_ready(entry.name, service, old)

@@ -260,7 +260,7 @@ def install_command(
         Path, typer.Argument(exists=True, file_okay=False, help="folder that holds rskill.yaml")
     ],
     force: Annotated[
-        bool, typer.Option("--force", help="replace another version of the skill")
+        bool, typer.Option("--force", help="replace another version of the skill, or a link")
     ] = False,
     link: Annotated[
         bool, typer.Option("--link", help="a link to the folder: its edits need no new install")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import ConfigError, expected
+from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.operate.runner_choice import choose_runner
@@ -107,6 +107,9 @@ def _take_turns(
             line.say(f"{wish.skill} drives; the clutch takes its parts over")
             ended = watch_policy(hand.client, wish, device, lambda now: line.show(now.line()))
             if not isinstance(ended, tuple):
+                if ended.outcome not in ("succeeded", "cancelled"):
+                    told = f"{wish.skill} {ended.outcome}: {ended.detail or ended.kind}"
+                    raise ServiceError(f"teleop: {told}")
                 line.say(f"{wish.skill} {ended.outcome} {ended.detail}".rstrip())
                 return
             parts = ended

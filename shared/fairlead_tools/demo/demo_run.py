@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shlex
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -13,7 +12,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead.errors import ConfigError
 from fairlead.messages import GoalResult
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_hearing import Progress
@@ -29,6 +27,7 @@ from fairlead_tools.record.run_log import Run, newest_log, read_run
 from fairlead_tools.record.timeline import draw_timeline, hold_names
 from fairlead_tools.record.video import captioned, write_video
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.writable import require_writable
 
 FRAME_TICKS = 3  # from one frame to the next; rendering in software is slow
 _CAMERA_OPTIONS = {"width": 640, "height": 480, "period_ticks": FRAME_TICKS}
@@ -201,16 +200,11 @@ def _videos(wish: DemoOptions, run: _Shown, log: Run, robot: RobotManifest) -> l
 
 
 def check_demo(wish: DemoOptions) -> None:
-    """See that the demo can start, and make the folder for its results.
+    """See that the demo can start, and that its results can be written.
 
     Raises:
         ConfigError: the skill cannot run on the robot, or the folder cannot be written.
     """
     robot = load_robot(load_deployment(wish.source).robot)
     Admission(load_skill(wish.skill), robot).require()
-    try:
-        wish.out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=wish.out):
-            pass
-    except OSError as error:
-        raise ConfigError(f"demo: cannot write to {wish.out}: {error.strerror}") from None
+    require_writable("demo", wish.out)

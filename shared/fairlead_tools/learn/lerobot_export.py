@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +22,7 @@ from PIL import Image
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
 from fairlead_tools.learn.dataset import Episode, Header, episodes, read_header
+from fairlead_tools.writable import not_written, require_writable
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -66,7 +70,7 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
 
     Raises:
         ConfigError: no episode is left, another skill was recorded, the folder holds something,
-            pyarrow is not installed.
+            pyarrow is not installed, or the disk does not take it: nothing is left then.
     """
     try:
         import pyarrow as pa
@@ -96,17 +100,33 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
         ),
         "meta/tasks.parquet": _tasks(header.prompt, pa),
     }
-    for name, table in tables.items():
-        path = target / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        parquet.write_table(table, path)
     documents = {
         "info.json": _info(whole, header.robot, header.rate_hz, len(parts), skill),
         "stats.json": _statistics(whole),
     }
-    for name, document in documents.items():
-        (target / "meta" / name).write_text(json.dumps(document, indent=4), encoding="utf-8")
+    with _whole_or_nothing(target):
+        for name, table in tables.items():
+            path = target / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            parquet.write_table(table, path)
+        for name, document in documents.items():
+            (target / "meta" / name).write_text(json.dumps(document, indent=4), encoding="utf-8")
     return len(parts)
+
+
+@contextmanager
+def _whole_or_nothing(target: Path) -> Iterator[None]:
+    """No half of an export is left, nor is in the way of the next one.
+
+    Raises:
+        ConfigError: the disk does not take it.
+    """
+    try:
+        yield
+    except OSError as error:
+        for name in ("data", "meta"):
+            shutil.rmtree(target / name, ignore_errors=True)
+        raise not_written("export lerobot", target, error) from None
 
 
 def _check(header: Header, target: Path, skill: SkillManifest) -> None:
@@ -116,6 +136,7 @@ def _check(header: Header, target: Path, skill: SkillManifest) -> None:
         raise ConfigError(expected(who, what + header.skill_hash, skill.skill_hash.hex()))
     if target.exists() and any(target.iterdir()):
         raise ConfigError(expected("export lerobot", "a folder that is new or empty", target))
+    require_writable("export lerobot", target)
 
 
 def _columns(episode: Episode, index: int, before: int, rate_hz: float) -> Columns:

@@ -29,6 +29,7 @@ from fairlead_tools.learn.dataset import (
 from fairlead_tools.learn.labels import Labels, label
 from fairlead_tools.learn.network import features, fit, onnx_bytes
 from fairlead_tools.parity.local_episode import make_policy
+from fairlead_tools.writable import require_writable
 
 LAYOUT, EXPERT = "mobile_pick_30d", "oracle"
 MODEL, STATISTICS, RECIPE = "policy.onnx", "stats.json", "training.json"
@@ -92,10 +93,15 @@ def train(
 
 
 def require_new(target: Path) -> None:
-    """Raises `ConfigError` for a folder with a skill, and one whose name no skill can have."""
+    """See that a skill can be made there.
+
+    Raises:
+        ConfigError: it is there, its name fits no skill, or the folder cannot be written.
+    """
     check_name("train: --out: the skill's id", target.name)
     if (target / "rskill.yaml").exists():
         raise ConfigError(expected("train: --out", "a folder without a skill", target))
+    require_writable("train: --out", target)
 
 
 def write_skill(

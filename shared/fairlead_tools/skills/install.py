@@ -67,8 +67,8 @@ def install_skill(
 ) -> Path:
     """Check the skill in ``folder`` and put it where `load_skill` finds it.
 
-    The same version is replaced, and a link to the same folder; another version only with
-    ``force``.
+    The same version is replaced, and a link to the same folder; another version, and a link by
+    anything else, only with ``force``.
 
     Args:
         link: a link to the folder instead of a copy, so that its edits are the skill's.
@@ -87,7 +87,7 @@ def install_skill(
     target = user_skills_dir() / skill.id
     if link and not target.is_symlink() and target.resolve() == folder.resolve():
         raise ConfigError(f"skill {skill.id}: {target} is where it is installed; link another one")
-    if not is_link_to(target, folder):
+    if not (link and is_link_to(target, folder)):
         _check_version(target, skill, force)
     try:
         _put(folder, target, link)
@@ -103,6 +103,11 @@ def install_skill(
 def _check_version(target: Path, skill: SkillManifest, force: bool) -> None:
     if not target.exists() or force:
         return
+    if target.is_symlink():
+        raise ConfigError(
+            f"skill {skill.id}: {target} is a link to {target.resolve()}, whose edits need no new "
+            "install; replace the link with --force"
+        )
     installed = read_skill(target).version
     if installed != skill.version:
         raise ConfigError(

@@ -1,4 +1,4 @@
-"""A deployment of one's own: free ports, an id nobody uses, a state folder made anew.
+"""A deployment of one's own: an id nobody uses, a state folder made anew.
 
 The demo, ``parity`` and the tests run on copies made here, so they meet neither a
 running deployment nor what an earlier run left behind.
@@ -76,10 +76,11 @@ def make_scratch(source: Path, folder: Path, options: ScratchOptions) -> Scratch
     services = original.model_dump(mode="json")["services"]
     if options.hal is not None:
         services[original.hal] = dict(options.hal)
-    for port, (name, spec) in zip(free_ports(len(services)), services.items(), strict=True):
+    ports = free_ports(len(services)) if options.ports else []
+    for name, spec in services.items():
         spec.pop("listen", None)
-        if options.ports:
-            spec["listen"] = f"tcp/127.0.0.1:{port}"
+        if ports:
+            spec["listen"] = f"tcp/127.0.0.1:{ports.pop()}"
         spec["host"] = ""  # peers, all of them here
         spec["options"] = spec.get("options", {}) | options.options.get(name, {})
     copy = {

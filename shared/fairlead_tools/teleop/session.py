@@ -46,8 +46,8 @@ class HandDriving:
 
     Args:
         robot: whose manifest.
-        lockstep: whether the world waits for each row; it is then kept from running faster
-            than the robot would.
+        lockstep: whether the world waits for a row; it is then kept from running faster than
+            the robot would, and gets one row at a time: it would not wait for a newer one.
         horizon: rows of a chunk, at most.
         at: where the axes are; None: told to nobody.
         paced: False: a lockstep world may run as fast as it can.
@@ -66,8 +66,8 @@ class HandDriving:
         paced: bool = True,
     ) -> None:
         self._robot, self._drive, self._grip, self._device = robot, drive, grip, device
-        ahead = 0 if lockstep else 1
-        self._pilot = Pilot(drive, ahead=ahead, horizon=horizon, silence_s=device.silence_s)
+        ahead, most = (0, 1) if lockstep else (1, horizon)
+        self._pilot = Pilot(drive, ahead=ahead, horizon=most, silence_s=device.silence_s)
         self._refusals = Refusals()
         self._at = at
         self._period_s = robot.tick_period_ns * 1e-9 if lockstep and paced else 0.0
