@@ -172,3 +172,12 @@ TEST_CASE("corners inside a polygon") {
   CHECK(inside(unit_square(2.5, 0), hall) == doctest::Approx(-0.5));
   CHECK(std::isnan(inside(unit_square(0, not_a_number), hall)));
 }
+
+TEST_CASE("out of a box it is along the gap, or from inside through the nearest face") {
+  const Box box{{0, 0, 0}, {1, 1, 1}};
+  const auto out = [&](const Point& a, const Point& b) { return box_direction({a, b}, box); };
+  const Point up = Point::UnitX(), down = -Point::UnitY(), apart(0.6, 0.0, 0.8);
+  CHECK((out(Point(1.3, 0.2, 1.4), Point(1.3, 0.7, 1.4)) - apart).norm() < 1e-12);
+  CHECK(out(Point(0.9, 0.5, 0.5), Point(0.9, 0.5, 0.4)) == up);
+  CHECK(out(Point(0.5, 0.2, 0.5), Point(0.6, 0.2, 0.5)) == down);
+}

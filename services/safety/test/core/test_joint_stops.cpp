@@ -24,11 +24,11 @@ Limits turning_back() {
 }
 
 Judgement turned_back(const Limits& limits, const MeasuredState& state = at_rest(),
-                      std::size_t certified_end = 1) {
+                      std::size_t certified_end = 1, std::size_t queries = max_queries) {
   ChunkBuilder chunk;
   chunk.add(arm, Mode::joint_position, {{0.05, 0.0, -0.035, 0.0, 0.0, 0.0}}, {turn_z, slide_y});
   return judge_path(shared_room(), RobotModel(limits), whole_robot(limits), state, chunk.chunk,
-                    {0, 1, certified_end}, {}, {});
+                    {0, 1, certified_end, queries}, {}, {});
 }
 
 Limits in_volume(bool keep_out, std::array<double, 3> lower, std::array<double, 3> upper) {
@@ -50,6 +50,19 @@ TEST_CASE("G031 a tool stays in where one of its joints stops at once") {
   CHECK(code(slid_only - eps, turned_only + eps) == 0);
   CHECK(code(slid_only - eps, turned_only - eps) == 31);
   CHECK(code(slid_only + eps, turned_only + eps) == 31);
+}
+
+TEST_CASE("G030 wherever the looks at single stops run out, none is taken beyond") {
+  const Limits limits = in_volume(false, {-1, slid_only - eps, 0}, {2, turned_only + eps, 1});
+  const auto looks = [&](std::size_t most) { return turned_back(limits, at_rest(), 1, most); };
+  const std::size_t all = looks(max_queries).configurations;
+  CHECK(all > 8);
+  for (std::size_t most = 0; most < all; ++most) {
+    CAPTURE(most);
+    CHECK(looks(most).configurations == most);
+    CHECK(looks(most).evidence.code == 30);
+  }
+  CHECK(looks(all).evidence.ok());
 }
 
 TEST_CASE("G031 a tool and a capsule stay out where one joint stops at once") {

@@ -175,6 +175,12 @@ TEST_CASE("beside a composite switch the gain of a tool motion is 1 at most") {
   CHECK(fault(just_above(1.0), false) == "");
 }
 
+TEST_CASE("a part with a composite switch has no other mode") {
+  CHECK(fault_after([](Limits& l) {
+          l.parts[arm].modes.composite_mode = l.parts[composite].modes.composite_mode;
+        }).starts_with("parts.arm.modes: expected composite_mode alone, got joint_position"));
+}
+
 TEST_CASE("only joint velocities have a gain among the joint modes") {
   CHECK(fault_after([](Limits& l) { l.parts[arm].modes.joint_position.gain = {}; }) == "");
 }

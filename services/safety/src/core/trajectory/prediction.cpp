@@ -87,14 +87,15 @@ JointSet Prediction::commanded_in(std::size_t step) const {
 }
 
 // What nothing commands brakes, and is where that ends from this row on. Where others hold it
-// is that one row later: so the chunk's rows meet it where it was and where it comes to rest.
+// is that one row later: so the chunk's rows meet it where it was and where it comes to rest. What
+// only its positions say to move may stand where it is all the time.
 void Prediction::settle_uncommanded() {
   const JointSet commanded = commanded_in(steps_);
   for (std::size_t i = 0; i < branch_count_; ++i) {
     Branch& branch = branches_[i];
     const bool holds = i >= branch_count_ - holding_count_;
     if (holds && steps_ == 1) continue;
-    const JointSet left = moving_ & ~(holds ? commanded_ : commanded);
+    const JointSet left = moving_ & ~(holds ? commanded_ | perhaps_still_ : commanded);
     const Braking braking(model_, branch, left, lagging());
     for (const std::size_t j : JointsIn(left)) {
       branch.now[j] = braking.end()[j];

@@ -123,6 +123,7 @@ void Prediction::start_still(const PartMemories* memories) {
     measured_.speed[j] = speed;
     moving_ |= only(j);
     coasting_ |= only(j) & ~commanded_;
+    if (std::abs(state_.velocities[j]) < joint.standstill_velocity) perhaps_still_ |= only(j);
   }
   include_holding();
   measured_.before = interval_.lowest = interval_.highest = measured_.now;
