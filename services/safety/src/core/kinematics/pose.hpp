@@ -50,7 +50,8 @@ inline Pose moved(const Pose& pose, const Motion6& motion) {
 inline Motion6 one_after_other(const Motion6& first, const Motion6& second) {
   // Without a turn of either exact: rounding would make a motion of none.
   Motion6 both = first + second;
-  if (first.tail<3>().squaredNorm() == 0.0 || second.tail<3>().squaredNorm() == 0.0) return both;
+  const double one = first.tail<3>().squaredNorm(), other = second.tail<3>().squaredNorm();
+  if (one == 0.0 || other == 0.0) return both;
   const Pose start{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()};
   both.tail<3>() = motion_between(start, moved(moved(start, first), second)).tail<3>();
   return both;
