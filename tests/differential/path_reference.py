@@ -90,7 +90,8 @@ class PathReference:
         left = np.zeros_like(values[0])
         for row, gain in zip(values, gains, strict=True):
             asked = row + left
-            asked[3:] = pinocchio.log3(pinocchio.exp3(row[3:]) @ pinocchio.exp3(left[3:]))
+            if switched_up:  # the turns one after the other
+                asked[3:] = pinocchio.log3(pinocchio.exp3(row[3:]) @ pinocchio.exp3(left[3:]))
             before, positions = positions, self._after(positions, part, mode, asked, gain).joints
             left = (1.0 - gain) * asked * switched_up
         return [
