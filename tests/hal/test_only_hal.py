@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -259,3 +261,21 @@ def test_of_two_folders_and_of_one_of_them_and_none_one_goes_on(tmp_path: Path) 
             with pytest.raises(ConfigError) as caught:
                 hold_robot("hal", KEYS, folder)
             assert str(caught.value) == REFUSED.format(f"process {first.pid}")
+
+
+@pytest.mark.processes
+def test_a_hal_of_which_nothing_can_be_found_out_counts_as_one(tmp_path: Path) -> None:
+    """It accepts nobody: who asks waits in its queue, until that is full."""
+    who = hashlib.sha256(f"{os.getuid()}/{KEYS.namespace}/{KEYS.robot}".encode()).hexdigest()
+    with (
+        saying(b"holds", HOLDS, KEYS.robot, str(sockets_of(tmp_path / "own"))),
+        ExitStack() as waiting,
+        pytest.raises(ConfigError) as caught,
+    ):
+        with suppress(BlockingIOError):
+            while True:
+                asking = waiting.enter_context(socket.socket(socket.AF_UNIX))
+                asking.setblocking(False)
+                asking.connect(f"\0fairlead-hal/{who}")
+        hold_robot("hal", KEYS, sockets_of(tmp_path / "others")).close()
+    assert str(caught.value) == REFUSED.format("process unknown")

@@ -9,19 +9,18 @@ from __future__ import annotations
 import errno
 import os
 import signal
-import socket
-import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+from fairlead.wire.socket_peer import listener_at
 
 Place = int | str
 """A TCP port, or the path of a socket."""
 
 _LISTEN = "0A"  # TCP_LISTEN in /proc/net/tcp
 _NOBODY = (errno.ENOENT, errno.ENOTDIR, errno.ECONNREFUSED)  # none is there, or its owner is gone
-_PEER = struct.Struct("3i")  # process, user, group
 _STARTED_FIELD = 19  # field 22 of /proc/PID/stat, counted after the command's bracket
 
 
@@ -111,16 +110,10 @@ def _listener_at(path: str) -> int | None:
     """The process behind a socket's path, which need not answer; 0: not to be found out."""
     if not path:
         return None
-    with socket.socket(socket.AF_UNIX) as asking:
-        asking.setblocking(False)
-        try:
-            asking.connect(path)
-        except OSError as error:  # EAGAIN: it has more to accept than it may
-            return None if error.errno in _NOBODY else 0
-        process, *_ = _PEER.unpack(
-            asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
-        )
-        return int(process)
+    try:
+        return listener_at(path).process
+    except OSError as error:
+        return None if error.errno in _NOBODY else 0
 
 
 def _listeners() -> Iterator[tuple[int, str]]:

@@ -8,7 +8,6 @@ import hashlib
 import logging
 import os
 import socket
-import struct
 import threading
 from contextlib import ExitStack
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import TextIO
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys, last_chunk
 from fairlead.wire.bus import Bus
+from fairlead.wire.socket_peer import listener_at
 
 LOCK = "only-hal.lock"
 """Of the sockets' folder, where no service's file is called so."""
@@ -24,7 +24,6 @@ LOOK_S = 0.7
 """Longer than a Zenoh session waits between two attempts to connect (0.5 s)."""
 GO_S = 4.0
 """What a HAL that started at the same moment, or died with its host, gets to be gone."""
-_PEER = struct.Struct("3i")  # process, user, group
 
 
 def lock_state_folder(service: str, folder: Path) -> TextIO:
@@ -64,17 +63,23 @@ def hold_robot(service: str, keys: Keys, folder: Path | None = None) -> ExitStac
     with ExitStack() as held:
         is_locked = folder is not None and _lock(service, keys, folder / LOCK, held)
         if not _take_name(service, keys, name, held):
-            process, user = _holder(name)
-            if user == os.getuid() or (user is None and not is_locked):
-                raise _second_hal(service, keys, f"process {process}")
-            other = f"process {process} of another user (uid {user})"
-            if not is_locked:
-                raise ConfigError(
-                    f"{service}: robot {keys.robot} cannot be held for this process: {other} has "
-                    "taken its name; ask its owner, or give this robot another `id`"
-                )
-            told = other if user is not None else "a process that does not listen"
-            logging.getLogger(service).warning("%s has taken the name of this HAL", told)
+            try:
+                process, user = listener_at(f"\0{name}")
+            except OSError as error:
+                # A HAL listens. One that so many have asked already says no more who it is.
+                if not is_locked or not isinstance(error, ConnectionRefusedError):
+                    raise _second_hal(service, keys, "process unknown") from None
+                other = "a process that does not listen"
+            else:
+                if user == os.getuid():
+                    raise _second_hal(service, keys, f"process {process}")
+                other = f"process {process} of another user (uid {user})"
+                if not is_locked:
+                    raise ConfigError(
+                        f"{service}: robot {keys.robot} cannot be held for this process: {other} "
+                        "has taken its name; ask its owner, or give this robot another `id`"
+                    )
+            logging.getLogger(service).warning("%s has taken the name of this HAL", other)
         return held.pop_all()
 
 
@@ -108,22 +113,6 @@ def _take_name(service: str, keys: Keys, name: str, held: ExitStack) -> bool:
         ) from None
     own.listen()
     return True
-
-
-def _holder(name: str) -> tuple[str, int | None]:
-    """Process and user who have a socket's name; they need not answer. None: not to be found out.
-
-    Who has it may not listen, or have more to accept than it may.
-    """
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asking:
-        asking.setblocking(False)
-        try:
-            asking.connect(f"\0{name}")
-        except OSError:
-            return "unknown", None
-        found = asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _PEER.size)
-        process, user, _ = _PEER.unpack(found)
-        return str(process), int(user)
 
 
 def _second_hal(service: str, keys: Keys, other: str) -> ConfigError:

@@ -6,13 +6,14 @@ import os
 import socket
 import struct
 
+from fairlead.wire.socket_peer import peer_of
+
 FRAME = struct.Struct("=IQ")
 """Sender to reader: slot, bytes. The first packet about a slot brings the descriptor of its memory,
 and the numbers of all slots there are then, 4 bytes each."""
 BACK = "I"
 """Reader to sender, in an array: the slots that it looks at no more."""
 PACKET_MAX = 4096
-_UCRED = struct.Struct("=3i")  # process, user, group
 
 
 def address(name: str) -> str:
@@ -22,5 +23,4 @@ def address(name: str) -> str:
 
 def is_own(link: socket.socket) -> bool:
     """Whether the other end is this user's; asks the kernel."""
-    credentials = link.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _UCRED.size)
-    return bool(_UCRED.unpack(credentials)[1] == os.getuid())
+    return peer_of(link).user == os.getuid()
