@@ -179,7 +179,7 @@ def ticks_table(watched: Watched) -> str:
     return "\n".join(lines)
 
 
-def services_table(watched: Watched) -> str:
+def services_text(watched: Watched) -> str:
     """What each service took a tick on a processor, and its memory."""
     found = (
         f"{name} {took.running_ms:.2f} ms, {took.memory_mb:.0f} MB"
@@ -237,7 +237,7 @@ def main() -> None:
     tables = {
         "loop": rounds_table(rounds),
         "tick": ticks_table(watched),
-        "services": services_table(watched),
+        "services": services_text(watched),
     }
     if arguments.write:
         for name in ("loop", "services"):

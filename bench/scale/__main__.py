@@ -34,7 +34,7 @@ from bench.page import Write, write_table
 from bench.scale.dora import dora
 from bench.scale.fleet import fairlead, traffic
 from bench.scale.measured import Found, Window, found
-from bench.scale.thousand import fleet_table, traffic_table
+from bench.scale.thousand import fleet_text, traffic_table
 from bench.scale.traffic import Sent
 from fairlead.deploy.scheduling import realtime_words
 from fairlead.errors import ConfigError, FairleadError, ServiceError
@@ -186,7 +186,7 @@ def main() -> int:
     ours = [one for one in every if one.way == OURS]
     if not ours:
         return 1
-    tables = {"traffic": traffic_table(messages), "fleet": fleet_table(messages, ours)}
+    tables = {"traffic": traffic_table(messages), "fleet": fleet_text(messages, ours)}
     if args.json:
         sent = {key: asdict(one) for key, one in messages.items()}
         print(json.dumps({"sent": sent, "found": [asdict(one) for one in every]}))

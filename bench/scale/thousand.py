@@ -23,7 +23,7 @@ def traffic_table(messages: Mapping[str, Sent]) -> str:
     return "\n".join([*lines, f"| all | {rate:.1f} | | {size:.0f} |"])
 
 
-def fleet_table(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
+def fleet_text(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
     """In words: what one robot takes.
 
     Args:

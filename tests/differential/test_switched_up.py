@@ -72,8 +72,9 @@ def test_a_bound_that_only_unequal_shares_stop_beyond(
             bounded = with_bound(data, joint, side, limit + outwards * at)
             found[name, verdict_of(bounded, start, rows, tmp_path)] += 1
     assert found["short of", 0] == 0, found
-    assert found["short of", 24] > WALKS // 20, found
-    assert found["beyond", 0] > WALKS // 20, found
+    enough = WALKS // (20 if other_ways else 10)
+    assert found["short of", 24] > enough, found
+    assert found["beyond", 0] > enough, found
     assert found["beyond", 24] == 0, found
 
 

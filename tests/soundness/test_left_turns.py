@@ -50,7 +50,7 @@ def test_turns_about_other_axes_are_followed_one_after_the_other() -> None:
         loop.begin(0, {"arm": ("arm", "composite")})
         assert loop.propose(rows(FIRST), "arm").outcome == Outcome.RELEASED
         assert loop.advance("first") is not None
-        # Added up, the turns leave 0.4 rad/s less to a joint than it gets, which then stops 56 mrad
+        # Added up, the turns tell 0.5 rad/s less of a joint than it gets, which then stops 56 mrad
         # beyond its bound.
         verdict = loop.propose(rows(THEN), "arm")
         assert (verdict.outcome, verdict.code) == (Outcome.REFUSED, 24), verdict

@@ -208,7 +208,7 @@ class Prediction {
   JointSet lagging_ = 0;
   JointSet guessed_ = 0;
   JointSet coasting_ = 0;            // measured to move, and nothing that the chunk commands
-  JointSet perhaps_still_ = 0;       // of these: only positions say that it moves
+  JointSet perhaps_still_ = 0;       // only positions say that it moves
   JointSet has_earlier_target_ = 0;  // joints: in the row before the first, a pose included
   std::array<double, max_joints> earlier_targets_;
   Interval interval_;
