@@ -81,9 +81,9 @@ class MotionMaker:
         self._file, self._rng, self._period_s = file, rng, period_s
 
     def start(self) -> Measured:
-        """At rest, away from every bound."""
+        """At rest, away from every bound, where arms are bent."""
         joints = (*self._file.joints, *self._file.passive)
-        ends = [(max(j.lower, -1.0), min(j.upper, 1.0)) for j in joints]
+        ends = [(max(j.lower, -4.0), min(j.upper, 4.0)) for j in joints]
         share = self._rng.uniform(0.35, 0.65, len(ends))
         positions = [low + s * (high - low) for (low, high), s in zip(ends, share, strict=True)]
         return still(int(self._rng.integers(2, 100)), np.array(positions))

@@ -20,7 +20,7 @@ from tests.differential.posed_robot import PosedRobot
 from tests.differential.row_ends import Margins, RowEnd, RowMargins, Spread, least
 
 DAMPING = 0.02
-LAST_STEP, MOST_STEPS = 2e-3, 6
+HARDLY, LAST_STEP, MOST_STEPS = 1e-4, 2e-3, 12
 REACHED, LONGEST_STEP, POSE_STEPS = 1e-6, 0.5, 50
 DOUBTFUL = 1.25
 """Of the singularity limit, for each rad that nobody knows of where a row begins."""
@@ -137,8 +137,8 @@ class PathReference:
         return RowEnd(after, after)
 
     def _reach(self, after: FloatArray, part: str, goal: Any, is_pose: bool) -> FloatArray:
-        """Least squares, until a step moves no joint much, or the tool is at the pose it has to be
-        at. Says where one whole step leads."""
+        """Least squares, until a step that is hardly damped moves no joint much, or the tool is at
+        the pose it has to be at. Says where one whole step leads."""
         own, tool, straight = self._robot.own(part), self._parts[part]["tool_frame"], after.copy()
         for index in range(POSE_STEPS if is_pose else MOST_STEPS):
             self._robot.place(after)
@@ -148,14 +148,15 @@ class PathReference:
             if is_pose and max(np.linalg.norm(shift), np.linalg.norm(turned)) <= REACHED:
                 break
             jacobian = self._robot.jacobian(after, part)
-            square = jacobian.T @ jacobian + DAMPING**2 * np.eye(len(own))
-            step = np.linalg.solve(square, jacobian.T @ np.concatenate([shift, turned]))
-            largest = float(np.abs(step).max())
+            missing = np.concatenate([shift, turned])
+            step, rest = (damped(jacobian, missing, by) for by in (DAMPING, HARDLY))
             if index == 0:
-                straight[own] += step
-            after[own] += step * (min(1.0, LONGEST_STEP / largest) if is_pose else 1.0)
-            if not is_pose and largest <= LAST_STEP:
+                straight[own] += rest
+            largest = float(np.abs(step).max())
+            if not is_pose and max(largest, float(np.abs(rest).max())) <= LAST_STEP:
+                after[own] += rest
                 break
+            after[own] += step * (min(1.0, LONGEST_STEP / largest) if is_pose else 1.0)
         return straight
 
     def _base_share(self, now: FloatArray, after: RowEnd) -> float:
@@ -275,3 +276,9 @@ class PathReference:
 
     def _zone_margin(self, positions: FloatArray) -> float:
         return zone_margin(self._data["base"], positions[self._robot.own("base")])
+
+
+def damped(jacobian: FloatArray, motion: FloatArray, by: float) -> FloatArray:
+    """The step of least squares to a motion. Shapes ``[6, n]``, ``[6]`` -> ``[n]``."""
+    square = jacobian @ jacobian.T + by**2 * np.eye(6)
+    return np.asarray(jacobian.T @ np.linalg.solve(square, motion))

@@ -17,7 +17,8 @@ from tests.gate.joint_samples import samples
 
 pytestmark = pytest.mark.processes
 
-DAMPING = 0.02
+DAMPING, HARDLY = 0.02, 1e-4
+LAST_STEP, MOST_STEPS = 2e-3, 12
 
 
 def probe(data: FloatArray, *words: str | Path) -> FloatArray:
@@ -145,18 +146,26 @@ class PinocchioTool:
         own = [self._columns[joint][1] for joint in self._joints]
         return whole[:, own], self._data.oMf[self._frame].copy()
 
-    def stepped(self, measured: FloatArray, motion: FloatArray) -> FloatArray:
-        """Damped steps towards where the motion ends, "until a step moves no joint by more"."""
+    def stepped(self, measured: FloatArray, motion: FloatArray) -> tuple[FloatArray, bool]:
+        """Damped steps, until one that is hardly damped moves no joint by much; whether one did."""
         after, start = measured.copy(), self.seen(measured)[1]
         target = moved(start, motion)
-        for _ in range(6):
+        for _ in range(MOST_STEPS):
             jacobian, there = self.seen(after)
-            normal = jacobian.T @ jacobian + DAMPING**2 * np.eye(jacobian.shape[1])
-            step = np.linalg.solve(normal, jacobian.T @ motion_between(there, target))
+            missing = motion_between(there, target)
+            step = damped(jacobian, missing, DAMPING)
+            rest = damped(jacobian, missing, HARDLY)
+            if max(np.abs(step).max(), np.abs(rest).max()) <= LAST_STEP:
+                after[self.own] += rest
+                return after, True
             after[self.own] += step
-            if np.abs(step).max() <= 0.002:
-                break
-        return after
+        return after, False
+
+
+def damped(jacobian: FloatArray, motion: FloatArray, by: float) -> FloatArray:
+    """The step of least squares to a motion. Shapes ``[6, n]``, ``[6]`` -> ``[n]``."""
+    square = jacobian @ jacobian.T + by**2 * np.eye(6)
+    return np.asarray(jacobian.T @ np.linalg.solve(square, motion))
 
 
 def moved(start: pin.SE3, motion: FloatArray) -> pin.SE3:
@@ -187,12 +196,12 @@ def test_damped_least_squares_and_singular_values_are_those_of_pinocchio(
     for row, motion, answer in zip(positions, motions, answers, strict=True):
         jacobian, start = tool.seen(row)
         assert abs(answer[7] - np.linalg.svd(jacobian, compute_uv=False).min()) <= 1e-6
-        after = tool.stepped(row, motion)
-        assert np.abs(answer[8:] - after).max() <= 1e-8
+        after, has_ended = tool.stepped(row, motion)
+        assert np.abs(answer[8:] - after).max() <= 1e-6
         made = motion_between(start, tool.seen(after)[1])
         assert np.abs(answer[:6] - made).max() <= 1e-7
         missed = np.linalg.norm(motion_between(tool.seen(after)[1], moved(start, motion)))
         if abs(missed - np.linalg.norm(motion)) > 1e-6:
-            assert (answer[6] == 1.0) == (missed < np.linalg.norm(motion))
+            assert (answer[6] == 1.0) == (has_ended and missed < np.linalg.norm(motion))
         solved += int(answer[6] == 1.0)
-    assert solved > 0.9 * count
+    assert solved > 0.8 * count

@@ -1,4 +1,4 @@
-// The tool's Jacobian by itself: its smallest singular value, and what is clearly more.
+// The tool's Jacobian by itself, and what motions of the tool make of the joints.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -139,54 +139,88 @@ namespace {
 
 // What one motion does to the free arm's joints, and what its first step alone does.
 struct Moved {
-  Moved(const Limits& limits, const Motion6& motion) {
+  Moved(const Limits& limits, const Motion6& motion, std::array<double, 2> slides = {}) {
     const RobotModel model(limits);
+    joints[free_arm::slide_x] = slides[0];
+    joints[free_arm::slide_y] = slides[1];
     FramePoses start, end;
     start.place(model, joints);
     end.place(model, joints);
-    CHECK(move_tool(model, model.tools[arm], motion, start, end, joints, first_step).ok());
+    fault = move_tool(model, model.tools[arm], motion, start, end, joints, first_step);
   }
   Joints joints{};
   Joints first_step{};
+  Evidence fault;
 };
 
 Motion6 along_x(double distance) { return distance * Motion6::Unit(0); }
 
-}  // namespace
-
-TEST_CASE("a motion ends with the first step that moves no joint by more than two millimetres") {
-  Limits limits = free_arm::limits();
-  limits.kinematics.links[2].translation[0] = 0.0;  // the tool at x = 0, for the last bit of a way
-  const auto last = [&](double told) {
-    const Moved moved(limits, along_x(told));
-    const double step = moved.first_step[free_arm::slide_x];
-    CHECK((step <= 2e-3) == (moved.joints == moved.first_step));
-    return step;
-  };
-  // The damping of 0.02 takes 0.0004 off; somewhere near there a step is 2 mm to the last bit.
-  double told = 2e-3 * 1.0004 - 4e-17;
-  bool exact = false;
-  for (int i = 0; i < 200; ++i, told = just_above(told)) exact |= last(told) == 2e-3;
-  CHECK(exact);
-  CHECK(last(-1.9e-3) == doctest::Approx(-1.9e-3 / 1.0004));
-  CHECK(last(3e-3) == doctest::Approx(3e-3 / 1.0004));
-}
-
-TEST_CASE("a motion is made in six steps at most, of which each leaves what the damping takes") {
-  // Two slides that are parallel but for 28 mrad: across, their singular value is 0.02, the damping
-  // itself, so that each step makes half of what is missing.
+// Two slides that are parallel but for twice this angle: across, their singular value is the sine of
+// it times the root of 2.
+Limits nearly_parallel(double half_angle) {
   Limits limits = free_arm::limits();
   limits.parts[arm].joints.clear();
   for (const std::size_t joint : {free_arm::slide_x, free_arm::slide_y})
     (void)limits.parts[arm].joints.push_back(joint);
-  const double half_angle = std::asin(0.02 / std::sqrt(2.0));
   auto& links = limits.kinematics.links;
   links[2].axis = {std::cos(half_angle), std::sin(half_angle), 0.0};
   links[3].axis = {std::cos(half_angle), -std::sin(half_angle), 0.0};
-  const Moved moved(limits, 0.1 * Motion6::Unit(1));
-  const double aside =
-      std::sin(half_angle) * (moved.joints[free_arm::slide_x] - moved.joints[free_arm::slide_y]);
-  CHECK(aside == doctest::Approx(0.1 * (1.0 - 1.0 / 64.0)));
+  return limits;
+}
+
+}  // namespace
+
+TEST_CASE("a motion ends with the step that moves no joint by more than two millimetres") {
+  // Steps of a slide leave a 2500th, which the damping of 0.02 takes, but for the last, which is
+  // hardly damped.
+  const auto missed = [](double told) {
+    const Moved moved(free_arm::limits(), along_x(told));
+    CHECK(moved.fault.ok());
+    CHECK(moved.first_step[free_arm::slide_x] == doctest::Approx(told).epsilon(1e-6));
+    return std::abs(told - moved.joints[free_arm::slide_x]);
+  };
+  CHECK(missed(1.99e-3) <= 1.99e-3 * 1.1e-8);  // one
+  CHECK(missed(-1.99e-3) <= 1.99e-3 * 1.1e-8);
+  CHECK(missed(3e-3) <= 3e-3 / 2500 * 1.1e-8);  // and one
+  CHECK(missed(100.0) <= 100.0 / 2500 / 2500 * 1.1e-8);  // 40 mm are left of the first
+}
+
+TEST_CASE("a motion of none moves nothing, not by rounding either") {
+  const Moved moved(free_arm::limits(), Motion6::Zero(), {0.1, 0.2});
+  CHECK(moved.fault.ok());
+  CHECK(moved.joints[free_arm::slide_x] == 0.1);
+  CHECK(moved.joints[free_arm::slide_y] == 0.2);
+}
+
+TEST_CASE("G030 a motion whose steps have not ended after twelve") {
+  // Of the slides each step leaves half, and so on, at a singular value of the damping itself.
+  const double half_angle = std::asin(0.02 / std::sqrt(2.0));
+  const Limits limits = nearly_parallel(half_angle);
+  const auto moved = [&](double aside) { return Moved(limits, aside * Motion6::Unit(1)); };
+  const auto aside = [&](const Moved& made) {
+    return std::sin(half_angle) * (made.joints[free_arm::slide_x] - made.joints[free_arm::slide_y]);
+  };
+  // To be within 2 mm of the slides, 57 um of the tool, is the last step's: eleven halve 0.115 m.
+  const double most = 2e-3 * 0.02 * std::sqrt(2.0) * 2048;
+  const Moved ended = moved(most * 0.999), refused = moved(most * 1.001);
+  CHECK(ended.fault.ok());
+  CHECK(aside(ended) == doctest::Approx(most * 0.999));
+  CHECK(refused.fault.code == 30);
+  CHECK(refused.fault.axis == "tool search");
+  CHECK(refused.fault.value == 13.0);
+  CHECK(refused.fault.limit == 12.0);
+  CHECK(aside(refused) == doctest::Approx(most * 1.001 * (1.0 - 1.0 / 4096)));
+}
+
+TEST_CASE("a small step is not the last one if the damping took most of it") {
+  // A singular value of a tenth of the damping: a step makes a hundredth of the motion.
+  const double half_angle = std::asin(0.002 / std::sqrt(2.0));
+  const Limits limits = nearly_parallel(half_angle);
+  const Moved moved(limits, 5e-6 * Motion6::Unit(1));  // 1.8 mm of each slide, 18 um at first
+  CHECK(moved.fault.ok());
+  CHECK(moved.joints[free_arm::slide_x] == doctest::Approx(1.77e-3).epsilon(0.01));
+  const Moved refused(limits, 2e-4 * Motion6::Unit(1));  // 71 mm, 0.7 at first
+  CHECK(refused.fault.code == 30);
 }
 
 TEST_CASE("the first step to a pose is all of the straight way, from where the joints are") {

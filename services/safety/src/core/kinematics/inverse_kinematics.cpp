@@ -24,11 +24,15 @@ constexpr double pose_tolerance = 1e-6;
 constexpr int most_steps = 50;
 constexpr double longest_step = 0.5;
 
-// A motion is made by steps, until one moves no joint by more than this [rad or m]; the next would
-// move it by a seventh of that at most (where G033 lets through the least). So few steps are enough
-// except close to a singularity, and rows that follow each other add up to little.
+// A motion is made by damped steps, until neither the next nor one that is hardly damped would move
+// a joint by more than this [rad or m]; then the latter is taken, and the way has ended. Whoever goes
+// on until the tool is there ends there, however he damps: what is left is of the order of this
+// squared, by the smallest singular value.
 constexpr double last_step = 2e-3;
-constexpr int most_motion_steps = 6;
+constexpr int most_motion_steps = 12;
+
+// Of that last step [m]: what joints do not move at all, as of five joints, stays out of it.
+constexpr double hardly = 1e-4;
 
 // What a motion that the joints cannot make at all may be missed by, above its own size [m].
 constexpr double rounding = 1e-9;
@@ -42,9 +46,10 @@ Eigen::Matrix<double, 6, 6> gram_of_rows(const Columns& columns) {
 }
 
 // The changes of the joints that come nearest to the motion, those of a singular direction damped.
-Changes step_towards(const Columns& columns, const Motion6& motion) {
-  Eigen::Matrix<double, 6, 6> gram = gram_of_rows(columns);
-  gram.diagonal().array() += damping * damping;
+// `gram`: of the rows.
+Changes step_towards(const Columns& columns, Eigen::Matrix<double, 6, 6> gram,
+                     const Motion6& motion, double damped_by) {
+  gram.diagonal().array() += damped_by * damped_by;
   return columns.transpose().lazyProduct(gram.llt().solve(motion).eval());
 }
 
@@ -92,22 +97,32 @@ ToolJacobian tool_jacobian(const RobotModel& model, const ModelTool& tool,
 Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6& motion,
                    const FramePoses& start, FramePoses& end, Joints& joints, Joints& first_step) {
   const Pose target = moved(pose_at(tool.place, start), motion);
+  bool has_ended = false;
   // A long turn bends the way: what one straight step misses, the next makes up for.
-  for (int i = 0; i < most_motion_steps; ++i) {
+  for (int i = 0; i < most_motion_steps && !has_ended; ++i) {
     const ToolJacobian jacobian = tool_jacobian(model, tool, i == 0 ? start : end);
     // The first is exact: rounding would make a motion of none, where a joint may have no room.
     const Motion6 missing = i == 0 ? motion : motion_between(jacobian.tool, target);
-    const Changes step = step_towards(jacobian.columns, missing);
+    const Eigen::Matrix<double, 6, 6> gram = gram_of_rows(jacobian.columns);
+    Changes step = step_towards(jacobian.columns, gram, missing, damping);
+    const bool may_end = largest_of(step) <= last_step;
+    if (i == 0 || may_end) {
+      const Changes whole_step = step_towards(jacobian.columns, gram, missing, hardly);
+      if (i == 0) take(whole_step, 1.0, model, tool, first_step = joints);
+      has_ended = may_end && largest_of(whole_step) <= last_step;
+      if (has_ended) step = whole_step;
+    }
     take(step, 1.0, model, tool, joints);
-    if (i == 0) first_step = joints;
     end.place_chain(model, tool, joints);
-    if (largest_of(step) <= last_step) break;
   }
   const double missed = size_of(motion_between(pose_at(tool.place, end), target));
   const double whole = size_of(motion);
-  if (missed <= whole + rounding) return {};
-  return above(code::unreachable, "tool motion", missed, whole, "m",
-               "a step of its joints that brings the tool nearer");
+  if (!(missed <= whole + rounding))
+    return above(code::unreachable, "tool motion", missed, whole, "m",
+                 "a step of its joints that brings the tool nearer");
+  if (has_ended) return {};
+  return above(code::unreachable, "tool search", most_motion_steps + 1, most_motion_steps, "1",
+               "steps in which joints get where the tool is to be");
 }
 
 Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const Pose& target,
@@ -121,8 +136,10 @@ Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const Pose& 
     evidence = still_missing("tool position", missing.head<3>().norm(), "m");
     if (evidence.ok()) evidence = still_missing("tool rotation", missing.tail<3>().norm(), "rad");
     if (evidence.ok()) break;
-    const Changes step = step_towards(jacobian.columns, missing);
-    if (i == 0) take(step, 1.0, model, tool, first_step);
+    const Eigen::Matrix<double, 6, 6> gram = gram_of_rows(jacobian.columns);
+    if (i == 0)
+      take(step_towards(jacobian.columns, gram, missing, hardly), 1.0, model, tool, first_step);
+    const Changes step = step_towards(jacobian.columns, gram, missing, damping);
     take(step, std::min(1.0, longest_step / largest_of(step)), model, tool, joints);
   }
   return evidence;
