@@ -74,6 +74,17 @@ TEST_CASE("G026 a joint that is faster than its limit already only holds, in the
   }
 }
 
+TEST_CASE("G026 a joint is as fast as its positions say where its velocity is stuck at 0") {
+  const Limits limits = free_arm::limits();
+  MeasuredState state = free_arm::at_rest();
+  state.travel_speeds[turn_z] = -1.5;
+  CHECK(of(limits, delta(1, {0.0}), state).ok());
+  state.travel_speeds[turn_z] = -1.6;
+  const Evidence told = of(limits, delta(1, {0.0}), state);
+  CHECK(told.code == 26);
+  CHECK(told.value == 1.6);
+}
+
 TEST_CASE("G026 where the straight way and the one found differ, the faster counts") {
   // Half a turn about z: a straight step of least squares overshoots what the slides then do.
   Limits limits = free_arm::limits();

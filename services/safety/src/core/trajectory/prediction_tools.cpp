@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/chunk/state_check.hpp"
 #include "core/geometry/distances.hpp"
 #include "core/kinematics/inverse_kinematics.hpp"
 #include "core/modes/commanded_motion.hpp"
@@ -86,7 +87,8 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
     const double from = came_from(branch, j);
     double speed = larger(std::abs(branch.now[j] - from), std::abs(first_step[j] - from));
     speed /= model_.period_s;
-    if (steps_ == 1) speed = larger(speed + reach_off(j), std::abs(state_.velocities[j]));
+    if (steps_ == 1)
+      speed = larger(speed + reach_off(j), std::abs(measured_speed(model_.limits, state_, j)));
     if (!(speed <= joint.velocity_limit))
       return above(code::speed, joint.name.view(), speed, joint.velocity_limit,
                    velocity_unit(joint.kind), joint.source.view());
