@@ -8,7 +8,6 @@ from bench.equipment.kinematics import Kinematics
 from bench.soundness.arena import Arena
 from bench.soundness.attack import ROWS_MOST, Parts, everything, some_mode
 from bench.soundness.chunk_rows import Row
-from bench.soundness.steering import CARTESIAN
 from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
@@ -87,7 +86,7 @@ class Hunter:
         room = self._room(source, around, joints)
         way = -(room[1:] - room[0])
         mode = self._modes[source][part]
-        if mode in CARTESIAN:
+        if mode.is_tool_mode:
             effector = self._robot.part(part).end_effector
             assert effector is not None
             velocities = np.zeros(len(now.positions))

@@ -42,6 +42,8 @@ SHORT = 3
 OTHERS = 0.1
 """Of them, how many tell other parts than the one before."""
 STUCK = 0.25
+DAMPINGS = (0.002, 0.01, 0.05)
+"""Of a tool's controller [m]."""
 SAG = 2e-3
 """The most that a joint sags [rad]."""
 PACINGS: tuple[Pacing, Pacing] = ("lockstep", "realtime")
@@ -132,6 +134,7 @@ class KinematicCampaign:
         kinds += ["side by side"] if len(self._beside.claims) > 1 else []
         kind = kinds[self.found.chunks % len(kinds)]
         pacing = PACINGS[self.found.chunks // len(kinds) % 2]
+        self._shares.prediction.damping = float(self._rng.choice(DAMPINGS))
         if kind == "recorded":
             start, rows = self._adversary.spoiled()
             self._follow(kind, pacing, self._around[start], rows)

@@ -16,8 +16,7 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 
-DAMPING = 0.01
-ITERATIONS = 60
+ITERATIONS = 400
 REACHED = 1e-6
 TARGETS = (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT)
 
@@ -31,10 +30,14 @@ class Prediction:
 
     Args:
         file: its gate file, for the gains.
+
+    Attributes:
+        damping: of the least squares by which a tool's controller finds joints [m].
     """
 
     def __init__(self, robot: RobotManifest, file: dict[str, Any]) -> None:
         self._robot, self._period_s = robot, robot.tick_period_ns * 1e-9
+        self.damping = 0.01
         self._model: Any = pinocchio.buildModelFromUrdf(str(robot.description_path()))
         self._data: Any = self._model.createData()
         names = robot.measured_joint_names
@@ -160,7 +163,7 @@ class Prediction:
                 self._model, self._data, self._full(q), frame, local
             )
             jacobian = whole[:, columns]
-            damped = jacobian @ jacobian.T + DAMPING**2 * np.eye(6)
+            damped = jacobian @ jacobian.T + self.damping**2 * np.eye(6)
             q[own] += jacobian.T @ np.linalg.solve(damped, error)
         raise NotReachedError
 

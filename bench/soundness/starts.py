@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bench.soundness.arena import Arena
-from bench.soundness.steering import Steering
 from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 
@@ -16,9 +15,6 @@ SPREAD_M = 3.0
 
 class Starts:
     """A pool of configurations without a breach, and those of them with the least room.
-
-    None of them is singular by the gate's own limit: there a tool's motion says little about the
-    joints', and ours and the gate's may differ.
 
     around: configurations of demonstrations, which are mixed in.
     """
@@ -31,7 +27,6 @@ class Starts:
         rng: np.random.Generator,
     ) -> None:
         self._rng, self._arena, self._robot = rng, arena, robot
-        self._steering = Steering(robot)
         pool = np.concatenate([self._uniform(POOL), self._scattered(around, POOL)])
         rooms = arena.room(pool)
         room = np.min([*rooms.values()], axis=0)
@@ -43,21 +38,18 @@ class Starts:
 
     def pick(self, near: bool) -> FloatArray:
         """One configuration, shape ``[measured]``."""
-        return self._regular_of(self._near if near else self.pool)
+        return self._one_of(self._near if near else self.pool)
 
     def pick_folded(self) -> FloatArray:
         """One that is close to a self-collision."""
-        return self._regular_of(self._folded)
+        return self._one_of(self._folded)
 
     def _least(self, room: FloatArray) -> FloatArray:
         least = np.argsort(room)[: max(1, int(NEAR_SHARE * len(room)))]
         return np.asarray(self.pool[least])
 
-    def _regular_of(self, choice: FloatArray) -> FloatArray:
-        while True:
-            q = np.array(choice[int(self._rng.integers(len(choice)))])
-            if not self._steering.is_singular(q):
-                return q
+    def _one_of(self, choice: FloatArray) -> FloatArray:
+        return np.array(choice[int(self._rng.integers(len(choice)))])
 
     def _uniform(self, count: int) -> FloatArray:
         found = []
