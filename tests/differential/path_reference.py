@@ -21,6 +21,7 @@ from tests.differential.row_ends import Margins, RowEnd, RowMargins, Spread, lea
 
 DAMPING = 0.02
 HARDLY, LAST_STEP, MOST_STEPS = 1e-4, 2e-3, 12
+MOST_BEND, LEAST_BEND = 0.2, 2e-3
 REACHED, LONGEST_STEP, POSE_STEPS = 1e-6, 0.5, 50
 DOUBTFUL = 1.25
 """Of the singularity limit, for each rad that nobody knows of where a row begins."""
@@ -69,6 +70,8 @@ class PathReference:
                 if mode.startswith("cartesian"):
                     left = self._slow_enough(part, now, after)
                     margins.at_ends[26] = margins.anywhere[26] = left
+                    bent = self._straight_enough(part, now, after)
+                    margins.at_ends[30] = margins.anywhere[30] = bent
                     self._doubt_singularity(margins, now, part, doubt)
                 self._carry(margins, now, part, drift)
                 found.append(margins)
@@ -188,6 +191,12 @@ class PathReference:
         }
         fastest = np.maximum(np.abs(after.joints - now), np.abs(after.straight - now))
         return float(min(limit - fastest[i] / self._period for i, limit in limits.items()))
+
+    def _straight_enough(self, part: str, now: FloatArray, after: RowEnd) -> float:
+        """What is left to the most that a joint's way may bend; all turn, or all slide [rad]."""
+        own = self._robot.own(part)
+        longest = float(np.abs(after.straight - now)[own].max())
+        return MOST_BEND * longest + LEAST_BEND - float(np.abs(after.joints - after.straight).max())
 
     def _goal(self, now: FloatArray, part: str, mode: str, row: FloatArray, gain: float) -> Any:
         """Where a row wants the tool."""

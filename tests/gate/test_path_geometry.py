@@ -19,6 +19,7 @@ pytestmark = pytest.mark.processes
 
 DAMPING, HARDLY = 0.02, 1e-4
 LAST_STEP, MOST_STEPS = 2e-3, 12
+MOST_BEND, LEAST_BEND = 0.2, 2e-3
 
 
 def probe(data: FloatArray, *words: str | Path) -> FloatArray:
@@ -201,7 +202,11 @@ def test_damped_least_squares_and_singular_values_are_those_of_pinocchio(
         made = motion_between(start, tool.seen(after)[1])
         assert np.abs(answer[:6] - made).max() <= 1e-7
         missed = np.linalg.norm(motion_between(tool.seen(after)[1], moved(start, motion)))
-        if abs(missed - np.linalg.norm(motion)) > 1e-6:
-            assert (answer[6] == 1.0) == (has_ended and missed < np.linalg.norm(motion))
+        straight = damped(jacobian, motion, HARDLY)
+        bend = np.abs(after[tool.own] - row[tool.own] - straight).max()
+        to_spare = MOST_BEND * np.abs(straight).max() + LEAST_BEND - bend
+        if min(abs(missed - np.linalg.norm(motion)), abs(to_spare)) > 1e-6:
+            ends = has_ended and to_spare > 0.0
+            assert (answer[6] == 1.0) == (ends and missed < np.linalg.norm(motion))
         solved += int(answer[6] == 1.0)
-    assert solved > 0.8 * count
+    assert 0.4 * count < solved < 0.9 * count

@@ -223,6 +223,48 @@ TEST_CASE("a small step is not the last one if the damping took most of it") {
   CHECK(refused.fault.code == 30);
 }
 
+namespace {
+
+// A tool 0.7 m from an axis that it turns about, and slides along x and y that go with it.
+Evidence turned(double by, bool as_pose) {
+  Limits limits = free_arm::limits();
+  Joints joints{}, first_step;
+  FramePoses poses, end;
+  limits.parts[arm].joints.clear();
+  for (const std::size_t joint : {free_arm::slide_x, free_arm::slide_y, free_arm::turn_z})
+    (void)limits.parts[arm].joints.push_back(joint);
+  const RobotModel model(limits);
+  const ModelTool& tool = model.tools[arm];
+  poses.place(model, joints);
+  end.place(model, joints);
+  const Motion6 motion = by * Motion6::Unit(5);
+  const Pose target = moved(pose_at(tool.place, poses), motion);
+  const Evidence evidence =
+      as_pose ? reach_pose(model, tool, target, poses, joints, first_step)
+              : move_tool(model, tool, motion, poses, end, joints, first_step);
+  CHECK(first_step[free_arm::slide_y] == doctest::Approx(-0.7 * by).epsilon(1e-4));
+  CHECK(joints[free_arm::slide_y] == doctest::Approx(-0.7 * std::sin(by)).epsilon(1e-3));
+  return evidence;
+}
+
+}  // namespace
+
+TEST_CASE("G030 where the joints end is near to where the straight way leads") {
+  // The tool stays and turns: slide_x makes 0.7 (1 - cos) m, of which the straight way knows
+  // nothing. It knows 0.7 m for each radian of slide_y: 0.2 of that, and 2 mm, are reached at
+  for (const bool as_pose : {false, true}) {
+    CAPTURE(as_pose);
+    for (const double way : {1.0, -1.0}) {
+      CHECK(turned(way * 0.41, as_pose).ok());
+      const Evidence fault = turned(way * 0.43, as_pose);
+      CHECK(fault.code == 30);
+      CHECK(fault.unit == "m");
+      CHECK(fault.value == doctest::Approx(0.7 * (1.0 - std::cos(0.43))).epsilon(1e-3));
+      CHECK(fault.limit == doctest::Approx(0.2 * 0.7 * 0.43 + 0.002).epsilon(1e-3));
+    }
+  }
+}
+
 TEST_CASE("the first step to a pose is all of the straight way, from where the joints are") {
   for (const double way : {0.25, -3.0}) {  // one step, and several
     const Limits limits = free_arm::limits();

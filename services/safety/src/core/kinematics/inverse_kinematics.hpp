@@ -19,16 +19,17 @@ struct ToolJacobian {
 ToolJacobian tool_jacobian(const RobotModel& model, const ModelTool& tool, const FramePoses& poses);
 
 /// Moves the part's joints so that its tool makes one motion, as far as they can. Says G030 if the
-/// tool would be further from where it is to be than if the joints had stayed.
+/// tool would be further from where it is to be than if the joints had stayed, if the search does
+/// not end, and if it ends far from `first_step`: then another controller may lead elsewhere.
 ///
 /// `start`: the frames where `joints` are. `end`: of these, those between the root and the tool are
-/// placed where the joints get to. `first_step`: where they got to if the
-/// way did not bend, by one step of least squares.
+/// placed where the joints get to. `first_step`: where they got to if the way did not bend, by one
+/// step of least squares that is hardly damped.
 Evidence move_tool(const RobotModel& model, const ModelTool& tool, const Motion6& motion,
                    const FramePoses& start, FramePoses& end, Joints& joints, Joints& first_step);
 
 /// Moves the part's joints until its tool is at `target`, and the tool's frames in `poses` with
-/// them. Says G030 if it does not get there. `first_step` as for `move_tool`.
+/// them. Says G030 if it does not get there, or far from `first_step`, which is as for `move_tool`.
 Evidence reach_pose(const RobotModel& model, const ModelTool& tool, const Pose& target,
                     FramePoses& poses, Joints& joints, Joints& first_step);
 
