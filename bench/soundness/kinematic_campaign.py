@@ -23,7 +23,7 @@ from bench.soundness.adversary import KINDS, ROWS_MOST, Adversary
 from bench.soundness.arena import RULES, Arena
 from bench.soundness.chunk_rows import Row
 from bench.soundness.gate_loop import GateLoop
-from bench.soundness.prediction import NotReachedError
+from bench.soundness.prediction import DAMPINGS, NotReachedError
 from bench.soundness.share_robot import Faults, ShareRobot
 from bench.soundness.side_by_side import TICKS, SideBySide
 from bench.soundness.starts import Starts
@@ -42,8 +42,6 @@ SHORT = 3
 OTHERS = 0.1
 """Of them, how many tell other parts than the one before."""
 STUCK = 0.25
-DAMPINGS = (0.002, 0.01, 0.05)
-"""Of a tool's controller [m]."""
 SAG = 2e-3
 """The most that a joint sags [rad]."""
 PACINGS: tuple[Pacing, Pacing] = ("lockstep", "realtime")

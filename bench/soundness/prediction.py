@@ -16,6 +16,8 @@ from fairlead.messages import FloatArray
 from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 
+DAMPINGS = (0.002, 0.01, 0.05)
+"""Of a tool's controller [m]: what campaigns draw from."""
 ITERATIONS = 400
 REACHED = 1e-6
 TARGETS = (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT)

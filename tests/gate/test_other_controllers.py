@@ -14,14 +14,8 @@ import pytest
 from fairlead.messages import FloatArray
 from fairlead.paths import gate_config
 from fairlead.robot.manifest import load_robot
-from tests.gate.test_path_geometry import (
-    PinocchioTool,
-    damped,
-    motion_between,
-    moved,
-    probe,
-    samples,
-)
+from tests.gate.joint_samples import samples
+from tests.gate.pinocchio_tool import HARDLY, PinocchioTool, damped, motion_between, moved, probe
 
 STARTS, SHIFT_M, TURN_RAD = 2000, 0.02, 0.08
 DAMPINGS = (0.001, 0.05)
@@ -69,7 +63,7 @@ def test_other_dampings_lead_to_the_joints_that_the_gate_predicts(
     answers = probe(np.hstack([starts, motions]), "tool", gate_config(name, "sim"), part)
     found = []
     for q, motion, answer in zip(starts, motions, answers.reshape(len(starts), -1), strict=True):
-        straight = damped(tool.seen(q)[0], motion, 1e-4)
+        straight = damped(tool.seen(q)[0], motion, HARDLY)
         ways = np.abs([straight, (answer[8:] - q)[tool.own]])
         if answer[6] != 1.0 or ways.max() > FASTEST or _value(tool, answer[8:]) < _value(tool, q):
             continue  # G030, G026; G033, which lets through what leaves a singularity

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "chunk_builder.hpp"
+#include "predicted.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
@@ -168,4 +169,66 @@ TEST_CASE("G034 in the first row a base that turns and drives stops where its sh
   const double rests = aside + speed * speed / 10.0;
   CHECK(code(rests + 2e-6) == 0);
   CHECK(code(rests - 2e-6) == 34);
+}
+
+namespace {
+
+// Realtime: it turned at 1.5 rad/s when the tick began, and holds in that. 75 mrad on, or not.
+struct Turning {
+  explicit Turning(double turning) {
+    state.velocities[base_yaw] = turning;
+    memories[base].kind = MovingMode::Kind::known;
+    memories[base].mode = static_cast<std::uint8_t>(Mode::joint_velocity);
+  }
+  MeasuredState state = state_at_rest();
+  PartMemories memories;
+  RowBefore before{nullptr, 0, false, &memories};
+};
+
+}  // namespace
+
+TEST_CASE("realtime: a slide is as fast as any yaw makes it that the held tick has left") {
+  for (const double turning : {1.5, -1.5, 0.0}) {
+    const Turning held(turning);
+    const ChunkBuilder chunk = ChunkBuilder().joint(base, Mode::joint_velocity, base_x, {0.9, 0.9});
+    Limits limits = test_limits();
+    limits.parts[base].modes.joint_velocity.gain = {1.0, 1.0};
+    limits.joints[base_yaw].velocity_limit = 100.0;  // its share is not the largest
+    Predicted predicted(limits, held.state, chunk.chunk, held.before);
+    const double aside = std::abs(turning) * 0.025;
+    for (int row = 0; row < 2; ++row) {
+      (void)predicted.after_a_row();
+      CHECK(predicted.all.turn_off() == doctest::Approx(aside));
+      CHECK(predicted.all.base_speed() == doctest::Approx(0.9 * (1.0 + aside) / 1.5));
+    }
+  }
+}
+
+TEST_CASE("G034 realtime: a base is beside its way by as much as the held tick may have turned it") {
+  // The least room to its left that lets it drive ahead.
+  const auto room = [](double turning, double speed, std::size_t count) {
+    const Turning held(turning);
+    const auto chunk = ChunkBuilder().joint(base, Mode::joint_velocity, base_x, Row(count, speed));
+    double least = 0.0, most = 1.0;
+    while (most - least > 1e-9) {
+      Limits limits = walled_at(4.0);
+      limits.parts[base].modes.joint_velocity.gain = {1.0, 1.0};
+      limits.joints[base_x].acceleration_limit = 1e18;
+      const double wall = 0.5 * (least + most);
+      auto& corners = limits.base.zones[0].corners;
+      corners[2][1] = corners[3][1] = wall;
+      const auto judged = judge_rows(limits, whole_robot(limits), held.state, chunk.chunk, 0,
+                                     held.before);
+      (judged.evidence.ok() ? most : least) = wall;
+    }
+    return most;
+  };
+  const double ahead = room(0.0, 1.0, 1), turned = room(1.5, 0.0, 1);
+  CHECK(ahead == doctest::Approx(0.1));
+  CHECK(turned > ahead);
+  for (const std::size_t count : {1U, 2U, 4U}) {
+    const double beside = 0.0375 * 0.05 * static_cast<double>(count);
+    CHECK(room(1.5, 1.0, count) >= turned + beside);
+    CHECK(room(1.5, 1.0, count) <= turned + 1.5 * beside);
+  }
 }

@@ -37,14 +37,25 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   return fault.ok() ? check_speeds() : fault;
 }
 
-// What the base carries lags until all rests: of certified rows the fastest so far counts.
+// What the base carries lags until all rests: of certified rows the fastest so far counts. Turned by
+// as much as it may be off, its slides share their motion otherwise.
 void Prediction::note_base_speed() {
   base_speed_before_ = forecast_only_ ? base_speed_ : std::max(base_speed_, base_speed_before_);
   base_speed_ = 0.0;
-  for (const std::size_t j : JointsIn(moving_ & model_.base_joints))
-    for (const Branch& branch : branches())
-      base_speed_ =
-          std::max(base_speed_, std::abs(branch.speed[j]) / model_.limits.joints[j].velocity_limit);
+  if (!drives_base()) return;
+  const BaseLimits& base = model_.limits.base;
+  for (const Branch& branch : branches())
+    for (const std::size_t j : JointsIn(moving_ & model_.base_joints)) {
+      double speed = std::abs(branch.speed[j]);
+      if (j != base.joints[2])
+        speed += turn_off() * std::hypot(branch.speed[base.joints[0]], branch.speed[base.joints[1]]);
+      base_speed_ = std::max(base_speed_, speed / model_.limits.joints[j].velocity_limit);
+    }
+}
+
+double Prediction::turn_off() const {
+  return is_start_off_ && model_.limits.base.present ? start_off_[model_.limits.base.joints[2]]
+                                                     : 0.0;
 }
 
 double Prediction::interval_width(std::size_t part) const {

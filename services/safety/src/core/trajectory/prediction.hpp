@@ -117,6 +117,8 @@ class Prediction {
   /// the tick that runs, and was measured to move when that began.
   [[nodiscard]] const Joints& start_off() const { return start_off_; }
   [[nodiscard]] bool is_start_off() const { return is_start_off_; }
+  /// Of these the base's yaw [rad]: rows that are told along the base's axes lead aside by that.
+  [[nodiscard]] double turn_off() const;
   /// Before the first row: the targets of the row that was measured last; null where it had
   /// none.
   [[nodiscard]] std::optional<Joints> last_targets() const;

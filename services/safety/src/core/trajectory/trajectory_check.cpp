@@ -1,5 +1,6 @@
 #include "core/trajectory/trajectory_check.hpp"
 
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -88,13 +89,27 @@ void TrajectoryCheck::expect_unequal_shares() {
   shape_check_.begin_row();
   base_off_ = {.before = base_off_.now};
   Joints off = prediction_.start_off();
-  if (prediction_.shares_can_differ()) raise_by_unequal_shares(off);
+  if (prediction_.shares_can_differ()) raise_by_unequal_shares(off);  // a turn's share, too
+  else if (prediction_.turn_off() > 0.0) raise_by_turn(off);
   if (prediction_.shares_can_differ() || prediction_.is_start_off()) deviate_by(off);
 }
 
 void TrajectoryCheck::deviate_by(const Joints& off) {
   shape_check_.deviate_by(off);
   if (model_.limits.base.present) base_off_.now = base_way(model_, off);
+}
+
+// What the base drives since it was measured, and to its end, may be turned about where it was.
+void TrajectoryCheck::raise_by_turn(Joints& off) const {
+  const auto& joints = model_.limits.base.joints;
+  const Joints& from = prediction_.measured().now;
+  double way = 0.0;
+  for (std::size_t i = 0; i < prediction_.branch_count(); ++i) {
+    const Braking braking = braking_of(prediction_.branch(i));
+    const Joints& end = braking.end();
+    way = larger(way, std::hypot(end[joints[0]] - from[joints[0]], end[joints[1]] - from[joints[1]]));
+  }
+  for (const std::size_t slide : {joints[0], joints[1]}) off[slide] += prediction_.turn_off() * way;
 }
 
 void TrajectoryCheck::raise_by_unequal_shares(Joints& start_off) const {

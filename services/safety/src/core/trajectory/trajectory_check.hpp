@@ -39,6 +39,7 @@ class TrajectoryCheck {
   Evidence check_singularities(const Branch& branch, const Braking& braking);
   void expect_drift();
   void expect_unequal_shares();
+  void raise_by_turn(Joints& off) const;
   void raise_by_unequal_shares(Joints& start_off) const;
   void deviate_by(const Joints& off);
   void raise_by_other_stops(const Branch& least, const Branch& most, Joints& off) const;
