@@ -74,6 +74,21 @@ TEST_CASE("G033 leaving, and staying, is always allowed") {
   CHECK(turn(limits, 1.97, {-0.02, 0.01}).evidence.row == 1);
 }
 
+TEST_CASE("G033 from less than half of the limit no tool moves, to leave it either") {
+  const double start = measure(1.97), limit = 2.0 * start;
+  CHECK(turn(limits_at(limit * (1.0 - 1e-5)), 1.97, {-0.02, -0.02}).evidence.ok());
+  const Limits below = limits_at(limit * (1.0 + 1e-5));  // evidence points into it
+  const Judgement refused = turn(below, 1.97, {-0.02});
+  CHECK(refused.evidence.code == 33);
+  CHECK(refused.evidence.part == "arm");
+  CHECK(refused.evidence.value == doctest::Approx(start));
+  CHECK(refused.evidence.limit == doctest::Approx(start * (1.0 + 1e-5)).epsilon(1e-9));
+  CHECK(turn(below, 1.97, {0.0, 0.0}).evidence.ok());  // it holds
+  const Judgement after = turn(below, 1.97, {0.0, -0.02});
+  CHECK(after.outcome == Outcome::truncated);
+  CHECK(after.row_count == 1);
+}
+
 TEST_CASE("G033 twists, by their period; and where braking ends") {
   Limits limits = limits_at(measure(1.97));
   CHECK(turn(limits, 1.95, {0.4}, Mode::cartesian_twist).evidence.ok());  // 0.02 rad in a period
@@ -91,7 +106,7 @@ TEST_CASE("G033 joint modes are not asked") {
 
 TEST_CASE("G033 a limit that is no number refuses") {
   CHECK(turn(limits_at(not_a_number), 0.5, {0.01}).evidence.code == 33);
-  CHECK(turn(limits_at(infinite), 0.5, {-0.01}).evidence.ok());  // never reached: leaving it
+  CHECK(turn(limits_at(infinite), 0.5, {-0.01}).evidence.code == 33);
 }
 
 TEST_CASE("G033 the limit grows by 1.25 times itself for each radian that shares leave open") {

@@ -54,8 +54,13 @@ void Prediction::note_base_speed() {
 }
 
 double Prediction::turn_off() const {
-  return is_start_off_ && model_.limits.base.present ? start_off_[model_.limits.base.joints[2]]
-                                                     : 0.0;
+  if (!model_.limits.base.present) return 0.0;
+  const std::size_t yaw = model_.limits.base.joints[2];
+  double off = is_start_off_ ? start_off_[yaw] : 0.0;
+  if ((coasting_ & only(yaw)) != 0)
+    for (const Branch& branch : branches())
+      off = std::max(off, std::abs(branch.now[yaw] - measured_.now[yaw]));
+  return off;
 }
 
 double Prediction::interval_width(std::size_t part) const {

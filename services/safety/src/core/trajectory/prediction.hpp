@@ -117,7 +117,8 @@ class Prediction {
   /// the tick that runs, and was measured to move when that began.
   [[nodiscard]] const Joints& start_off() const { return start_off_; }
   [[nodiscard]] bool is_start_off() const { return is_start_off_; }
-  /// Of these the base's yaw [rad]: rows that are told along the base's axes lead aside by that.
+  /// How far the base may be turned from there, also while it comes to rest [rad]: what it is told
+  /// along its own axes leads aside by that.
   [[nodiscard]] double turn_off() const;
   /// Before the first row: the targets of the row that was measured last; null where it had
   /// none.

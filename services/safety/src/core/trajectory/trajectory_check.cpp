@@ -10,32 +10,6 @@
 #include "core/trajectory/stop_cells.hpp"
 
 namespace fairlead {
-namespace {
-
-// How many times itself the limit grows by what nobody knows of where a row begins [1/rad].
-// Where equal shares left 0.095 and more, and 0.85 rad open, shares between them left 0.028: the
-// limit of 0.05 has to be above 0.095 there. Checkpoint vectors, which are to pass, leave 0.76 rad
-// open at 0.109.
-constexpr double singularity_per_width = 1.25;
-
-// G033: only what leads towards the singularity is at fault.
-Evidence check_singularity(const RobotModel& model, const ActionPart& action,
-                           const FramePoses& poses, const FramePoses& before, double width) {
-  const PartLimits& part = model.limits.parts[action.part];
-  const ModelTool& tool = model.tools[action.part];
-  const ToolJacobian jacobian = tool_jacobian(model, tool, poses);
-  const double limit = part.singularity_limit * (1.0 + singularity_per_width * width);
-  if (is_clearly_regular(jacobian, limit)) return {};
-  const double value = smallest_singular_value(jacobian);
-  const auto margin_before = [&] {
-    return smallest_singular_value(tool_jacobian(model, tool, before)) - limit;
-  };
-  if (!is_breach(value - limit, margin_before)) return {};
-  return of(below(code::singularity, "singular value", value, limit, "1", part.source.view()),
-            part.name);
-}
-
-}  // namespace
 
 TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& claim,
                                  const MeasuredState& state, const ActionChunk& chunk,
@@ -60,6 +34,7 @@ TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& cla
 Evidence TrajectoryCheck::check_next() {
   Evidence evidence;
   expect_drift();
+  if (!has_begun_) note_singular_starts();
   if (!has_begun_) evidence = check_momentum();
   has_begun_ = true;
   if (prediction_.next_row() == certified_end_) prediction_.only_forecast();
@@ -89,9 +64,10 @@ void TrajectoryCheck::expect_unequal_shares() {
   shape_check_.begin_row();
   base_off_ = {.before = base_off_.now};
   Joints off = prediction_.start_off();
-  if (prediction_.shares_can_differ()) raise_by_unequal_shares(off);  // a turn's share, too
-  else if (prediction_.turn_off() > 0.0) raise_by_turn(off);
-  if (prediction_.shares_can_differ() || prediction_.is_start_off()) deviate_by(off);
+  const bool is_turned = prediction_.turn_off() > 0.0, is_shared = prediction_.shares_can_differ();
+  if (is_shared) raise_by_unequal_shares(off);
+  if (is_turned) raise_by_turn(off);
+  if (is_shared || is_turned || prediction_.is_start_off()) deviate_by(off);
 }
 
 void TrajectoryCheck::deviate_by(const Joints& off) {
@@ -273,20 +249,6 @@ Evidence TrajectoryCheck::certify_stops(const Branch& branch, const Joints& from
                                         const Braking& braking) {
   return StopCells(model_, shape_check_, branch.poses_before(), budget_, rest_, between_)
       .certify(from, braking.end());
-}
-
-Evidence TrajectoryCheck::check_singularities(const Branch& branch, const Braking& braking) {
-  for (const ActionPart& action : chunk_.parts) {
-    const ModelTool& tool = model_.tools[action.part];
-    if (!moves_tool(action)) continue;
-    rest_.place_chain(model_, tool, braking.end());
-    for (const FramePoses* poses : {&branch.poses_now(), &std::as_const(rest_)}) {
-      const Evidence evidence = check_singularity(model_, action, *poses, branch.poses_before(),
-                                                  prediction_.interval_width(action.part));
-      if (!evidence.ok()) return evidence;
-    }
-  }
-  return {};
 }
 
 Evidence TrajectoryCheck::check_zones(const Branch& branch, const Braking& braking) {

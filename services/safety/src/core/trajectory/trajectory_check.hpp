@@ -1,6 +1,8 @@
 // One chunk's rows on their way: what is predicted so far, and whether it may be.
 #pragma once
 
+#include <array>
+
 #include "core/chunk/judgement.hpp"
 #include "core/trajectory/certify.hpp"
 
@@ -36,7 +38,9 @@ class TrajectoryCheck {
                       Clearance& clearance);
   Evidence check_shapes(const Branch& branch, const Braking& braking, Clearance& clearance);
   Evidence certify_stops(const Branch& branch, const Joints& from, const Braking& braking);
-  Evidence check_singularities(const Branch& branch, const Braking& braking);
+  Evidence check_singularities(const Branch& branch, const Braking& braking);  // singularities.cpp
+  void note_singular_starts();
+  [[nodiscard]] Evidence check_start(const Branch& branch, const ActionPart& action) const;
   void expect_drift();
   void expect_unequal_shares();
   void raise_by_turn(Joints& off) const;
@@ -55,6 +59,7 @@ class TrajectoryCheck {
   bool has_begun_ = false;
   QueryBudget budget_;
   BaseOff base_off_;
+  std::array<bool, max_parts> starts_singular_{};
   std::array<Clearance, max_branches> clearances_;  // of each branch where the next row starts
   FramePoses rest_;                                 // where braking ends
   FramePoses between_;
