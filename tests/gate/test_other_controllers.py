@@ -79,30 +79,54 @@ def _value(tool: PinocchioTool, q: FloatArray) -> float:
 @pytest.mark.processes
 @pytest.mark.parametrize(
     ("name", "part"),
-    [("panda_mobile", "arm"), ("dual_panda", "left_arm"), ("so101", "arm"), ("ur5e", "arm")],
-)
+    [("panda_mobile", "arm"), ("dual_panda", "left_arm"), ("so101", "arm"), ("ur5e", "arm"),
+     ("kinova3", "arm")],
+)  # fmt: skip
 def test_between_the_ends_and_the_middle_of_a_gain_joints_go_hardly_further(
     name: str, part: str
 ) -> None:
-    """By the gate's own search: 1.2 mrad, of rows as large as they may be."""
+    """By the gate's own search, of rows as large as they may be that pass there."""
     robot, rng, config = load_robot(name), np.random.default_rng(2), gate_config(name, "sim")
     data = json.loads(config.read_text())
     limits = next(one for one in data["parts"] if one["name"] == part)
     mode, own = limits["modes"]["cartesian_delta"], limits["joints"]
-    fastest = np.array([one["velocity_limit"] for one in data["joints"] if one["name"] in own])
+    speeds = np.array([one["velocity_limit"] for one in data["joints"] if one["name"] in own])
+    fastest = speeds * data["period_ns"] * 1e-9
     joints = [robot.measured_joint_names.index(joint) for joint in own]
-    starts = samples(robot, STARTS)[0]
+    starts = samples(robot, 2 * STARTS)[0]
     motions = some_motions(
-        rng, STARTS, mode["linear_step_limit"], mode["angular_step_limit"]
+        rng, len(starts), mode["linear_step_limit"], mode["angular_step_limit"]
     ) * np.isin(np.arange(6), mode.get("free_axes", range(6)))
-    shares, ways, ends = np.linspace(*mode["gain"], 9), [], np.full(STARTS, fill_value=True)
-    for share in shares:
-        answers = probe(np.hstack([starts, share * motions]), "tool", config, part)
-        answers = answers.reshape(STARTS, -1)
-        ways.append((answers[:, 8:] - starts)[:, joints])
-        ends &= answers[:, 6] == 1.0
-    ends &= (np.abs(ways[-1]) <= fastest * data["period_ns"] * 1e-9).all(axis=1)
-    way, judged = np.array(ways)[:, ends], np.array([ways[0], ways[4], ways[8]])[:, ends]
+
+    def led(share: float, begins: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Where the joints get to, whether the gate says so, the least singular value before."""
+        sent = np.hstack([begins, share * motions])
+        answers = probe(sent, "tool", config, part).reshape(len(begins), -1)
+        return answers[:, 8:], answers[:, 6] == 1.0, answers[:, 7]
+
+    straight = (led(1e-6, starts)[0] - starts)[:, joints] * 1e6
+    passes, ways = led(0.0, starts)[2] >= 0.5 * limits["singularity_limit"], []
+    low, high = map(float, mode["gain"])
+    for number, share in enumerate(np.linspace(low, high, 9)):
+        ends, is_solved, _ = led(share, starts)
+        ways.append((ends - starts)[:, joints])
+        if number % 4 == 0:  # an end or the middle
+            passes &= is_solved & (led(0.0, ends)[2] >= limits["singularity_limit"])
+            passes &= (np.maximum(np.abs(ways[-1]), np.abs(share * straight)) <= fastest).all(1)
+    way, judged = np.array(ways)[:, passes], np.array(ways[::4])[:, passes]
     further = np.maximum(way.max(0) - judged.max(0), judged.min(0) - way.min(0))
-    assert ends.sum() > 100
-    assert further.max() <= 1.2e-3
+    assert passes.sum() > 100
+    assert further.max() <= 2e-3
+    assert (np.abs(way) <= 1.02 * fastest).all()
+
+
+@pytest.mark.processes
+def test_a_row_through_a_singularity_is_refused_at_each_end_of_its_gain() -> None:
+    """Between them a controller with a damping of 0.001 would move a joint by 2 rad."""
+    start = [-0.03850954, -1.90721147, 1.57323955, -2.93491980, 0.03108047, 0.72477818]
+    motion = np.array([-0.00439358, 0.00486523, 0.03332954, 0.00966162, -0.10934754, -0.10581488])
+    config = gate_config("ur5e", "sim")
+    q = np.zeros(len(load_robot("ur5e").measured_joint_names))
+    q[:6] = start
+    for share in (0.25, 0.525, 1.05):
+        assert probe(np.hstack([q, share * motion]), "tool", config, "arm")[6] == 0.0

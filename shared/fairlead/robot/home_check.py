@@ -37,7 +37,9 @@ def check_home(
 
 
 def singular_homes(robot: RobotManifest) -> dict[str, str]:
-    """By part, in words, that the gate refuses its tool modes at home but to lead away (G033).
+    """By part, in words, that the gate refuses its tool modes at home (G033).
+
+    From above half of the limit they may lead away.
 
     Joints without a home count as at 0.
     """

@@ -85,7 +85,7 @@ class PartSafety(ModeLimits):
     """What one part may be told, and when its mode may change.
 
     singularity_limit: smallest singular value of the tool's Jacobian that cartesian modes may
-        go down to; exactly the parts with such a mode have one.
+        go down to, and begin at half of; exactly the parts with such a mode have one.
     transitions: pairs of modes, from and to, that may follow each other at standstill; ``any``
         stands for all pairs of the part's modes.
     """

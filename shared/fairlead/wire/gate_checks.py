@@ -283,7 +283,10 @@ CHECKS = {
     30: GateCheck(
         title="nobody can say where it leads",
         hazard="nobody knows where a row leads",
-        rule="|pose - pose found| <= 1e-6; joints get there in 12 steps, almost straight; configurations <= 512",
+        rule=(
+            "|pose - pose found| <= 1e-6; joints get there in 12 steps, almost straight; "
+            "configurations <= 512"
+        ),
         units=("m", "rad", "1"),
         outcome="refuse; later row: truncate",
         example=_number("arm", "tool position", 0.04, 1e-06, "m"),
@@ -314,7 +317,7 @@ CHECKS = {
     33: GateCheck(
         title="too near to a singular pose",
         hazard="joints race near a singular pose",
-        rule="cartesian rows: smallest singular value of the tool's Jacobian >= singularity_limit",
+        rule="cartesian rows end at a smallest singular value >= singularity_limit, begin at half",
         units=("1",),
         outcome="truncate",
         example=_number("arm", "singular value", 0.04, 0.05, "1"),

@@ -155,8 +155,8 @@ struct Moved {
 
 Motion6 along_x(double distance) { return distance * Motion6::Unit(0); }
 
-// Two slides that are parallel but for twice this angle: across, their singular value is the sine of
-// it times the root of 2.
+// Two slides that are parallel but for twice this angle: across, their singular value is the sine
+// of it times the root of 2.
 Limits nearly_parallel(double half_angle) {
   Limits limits = free_arm::limits();
   limits.parts[arm].joints.clear();
@@ -181,7 +181,7 @@ TEST_CASE("a motion ends with the step that moves no joint by more than two mill
   };
   CHECK(missed(1.99e-3) <= 1.99e-3 * 1.1e-8);  // one
   CHECK(missed(-1.99e-3) <= 1.99e-3 * 1.1e-8);
-  CHECK(missed(3e-3) <= 3e-3 / 2500 * 1.1e-8);  // and one
+  CHECK(missed(3e-3) <= 3e-3 / 2500 * 1.1e-8);           // and one
   CHECK(missed(100.0) <= 100.0 / 2500 / 2500 * 1.1e-8);  // 40 mm are left of the first
 }
 
@@ -239,9 +239,9 @@ Evidence turned(double by, bool as_pose) {
   end.place(model, joints);
   const Motion6 motion = by * Motion6::Unit(5);
   const Pose target = moved(pose_at(tool.place, poses), motion);
-  const Evidence evidence =
-      as_pose ? reach_pose(model, tool, target, poses, joints, first_step)
-              : move_tool(model, tool, motion, poses, end, joints, first_step);
+  const Evidence evidence = as_pose
+                                ? reach_pose(model, tool, target, poses, joints, first_step)
+                                : move_tool(model, tool, motion, poses, end, joints, first_step);
   CHECK(first_step[free_arm::slide_y] == doctest::Approx(-0.7 * by).epsilon(1e-4));
   CHECK(joints[free_arm::slide_y] == doctest::Approx(-0.7 * std::sin(by)).epsilon(1e-3));
   return evidence;

@@ -26,9 +26,9 @@ constexpr int most_steps = 50;
 constexpr double longest_step = 0.5;
 
 // A motion is made by damped steps, until neither the next nor one that is hardly damped would move
-// a joint by more than this [rad or m]; then the latter is taken, and the way has ended. Whoever goes
-// on until the tool is there ends there, however he damps: what is left is of the order of this
-// squared, by the smallest singular value.
+// a joint by more than this [rad or m]; then the latter is taken, and the way has ended: what is
+// left is of the order of this squared, by the smallest singular value. Where joints have no
+// choice, whoever goes on until the tool is there ends there, however he damps; seven end near.
 constexpr double last_step = 2e-3;
 constexpr int most_motion_steps = 12;
 

@@ -37,8 +37,8 @@ Evidence Prediction::apply_rows(const RowBefore& own, bool before) {
   return fault.ok() ? check_speeds() : fault;
 }
 
-// What the base carries lags until all rests: of certified rows the fastest so far counts. Turned by
-// as much as it may be off, its slides share their motion otherwise.
+// What the base carries lags until all rests: of certified rows the fastest so far counts. Turned
+// by as much as it may be off, its slides share their motion otherwise.
 void Prediction::note_base_speed() {
   base_speed_before_ = forecast_only_ ? base_speed_ : std::max(base_speed_, base_speed_before_);
   base_speed_ = 0.0;
@@ -48,7 +48,8 @@ void Prediction::note_base_speed() {
     for (const std::size_t j : JointsIn(moving_ & model_.base_joints)) {
       double speed = std::abs(branch.speed[j]);
       if (j != base.joints[2])
-        speed += turn_off() * std::hypot(branch.speed[base.joints[0]], branch.speed[base.joints[1]]);
+        speed +=
+            turn_off() * std::hypot(branch.speed[base.joints[0]], branch.speed[base.joints[1]]);
       base_speed_ = std::max(base_speed_, speed / model_.limits.joints[j].velocity_limit);
     }
 }

@@ -83,7 +83,8 @@ void TrajectoryCheck::raise_by_turn(Joints& off) const {
   for (std::size_t i = 0; i < prediction_.branch_count(); ++i) {
     const Braking braking = braking_of(prediction_.branch(i));
     const Joints& end = braking.end();
-    way = larger(way, std::hypot(end[joints[0]] - from[joints[0]], end[joints[1]] - from[joints[1]]));
+    way =
+        larger(way, std::hypot(end[joints[0]] - from[joints[0]], end[joints[1]] - from[joints[1]]));
   }
   for (const std::size_t slide : {joints[0], joints[1]}) off[slide] += prediction_.turn_off() * way;
 }
