@@ -14,6 +14,7 @@
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
 #include "core/wire/phrase.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;

@@ -14,6 +14,7 @@
 #include <set>
 #include <string>
 
+#include "fairlead_safety/query_messages.hpp"
 #include "row_judge.hpp"
 
 using namespace fairlead;

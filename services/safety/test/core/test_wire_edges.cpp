@@ -7,6 +7,7 @@
 
 #include "boundary.hpp"
 #include "chunk_builder.hpp"
+#include "fairlead_safety/query_messages.hpp"
 
 using namespace fairlead;
 using namespace fairlead::test;
