@@ -49,10 +49,6 @@ class PathReference:
         spread, adds_up = Spread(positions.copy(), positions.copy()), mode not in TARGETS
         base_before = 0.0
         low, high = self._parts[part]["modes"][mode].get("gain", [1.0, 1.0])
-        deep = 0.0
-        if mode.startswith("cartesian"):  # from less than half the limit no tool moves
-            deep = self._singularity_margin(positions, part)
-            deep += 0.5 * float(self._parts[part]["singularity_limit"])
         gains = [(low + high) / 2.0, low, high]
         for number, row in enumerate(values):
             if number == certified:
@@ -77,8 +73,6 @@ class PathReference:
                     bent = self._straight_enough(part, now, after)
                     margins.at_ends[30] = margins.anywhere[30] = bent
                     self._doubt_singularity(margins, now, part, doubt)
-                    if deep < 0.0 and (after.joints != now).any():
-                        margins.at_ends[33] = margins.anywhere[33] = deep
                 self._carry(margins, now, part, drift)
                 found.append(margins)
             branches = [after.joints for after in ends]
