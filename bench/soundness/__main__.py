@@ -20,13 +20,20 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from bench.page import Write
-from bench.soundness.demonstrations import ROBOTS
+from bench.soundness.demonstrations import SKILLS
 from bench.soundness.results import Amount, Results, run_all
 from bench.soundness.table import document, tables, write
 from fairlead.paths import repo_root
 
 PAGE = Path("docs/soundness.md")
-SHARES = {"panda_mobile": 0.25, "panda": 0.55, "dual_panda": 0.2}
+SHARES = {
+    "panda_mobile": 0.2,
+    "panda": 0.3,
+    "dual_panda": 0.15,
+    "ur5e": 0.125,
+    "kinova3": 0.1,
+    "so101": 0.125,
+}
 MOST_REFUSED = 0.001
 
 
@@ -37,7 +44,7 @@ def main() -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--robot", choices=ROBOTS, action="append", help="only this one")
+    parser.add_argument("--robot", choices=SKILLS, action="append", help="only this one")
     parser.add_argument("--chunks", type=int, default=100_000, help="judged, all robots together")
     parser.add_argument("--rows", type=int, default=5_000, help="executed by each robot")
     parser.add_argument("--episodes", type=int, default=50, help="demonstrations of each robot")

@@ -1,116 +1,57 @@
-"""Good demonstrations: what the scripted experts tell each robot, chunk by chunk."""
+"""Good demonstrations: what the shipped scripted skills tell each robot, chunk by chunk."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
 
-import numpy as np
-
-from bench.equipment.expert_episode import commands, true_state
 from fairlead.hal.backend import PartCommand
-from fairlead.modes import ControlMode
-from fairlead.policy import Observation
+from fairlead.policy import Done, Failed, Observation
 from fairlead.skill.manifest import load_skill
-from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
-from fairlead_skill_runner.policies.joint_reach import JointReachPolicy
-from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
-from fairlead_tools.measure.driven_robot import DrivenRobot, Moment
+from fairlead.skill.routes import resolve_routes
+from fairlead_skill_runner import dispatch, fitted
+from fairlead_state_assembler import LocalAssembler
+from fairlead_tools.learn.record import asked
+from fairlead_tools.measure.driven_robot import DrivenRobot
+from fairlead_tools.parity.local_episode import commands_of, make_policy, observe
 
-ROBOTS = ("panda_mobile", "panda", "dual_panda")
-"""Those that have one."""
+SKILLS = {
+    "panda_mobile": ("oracle-counter-to-cabinet",),
+    "panda": ("panda-joint-reach",),
+    "dual_panda": ("dual-panda-lift",),
+    "ur5e": ("ur5e-tool-motion", "ur5e-reach"),
+    "kinova3": ("kinova3-tool-motion", "kinova3-reach"),
+    "so101": ("so101-tool-motion", "so101-reach"),
+}
+"""Of each robot, one after the other by seed."""
+MOST_TICKS = {"oracle": 450, "joint_reach": 250, "constant": 40}
+"""When a policy gives up, or its episode ends where there is no task."""
 Rows = list[Mapping[str, PartCommand]]
 
 
-class Demonstration(Protocol):
-    """One episode. most_ticks: when to give up, or to end where there is no task."""
+class Demonstration:
+    """One episode on a robot that has just been reset; the seed chooses among its skills."""
 
-    most_ticks: int
+    def __init__(self, driven: DrivenRobot, seed: int) -> None:
+        names = SKILLS[driven.robot.id]
+        self._skill = load_skill(names[seed % len(names)])
+        self._driven, self._policy = driven, make_policy(self._skill)
+        self._routes = resolve_routes(self._skill.action_contract, driven.robot)
+        self._assembler = LocalAssembler(driven.robot)
+        self._is_done = False
+        self.most_ticks = MOST_TICKS[self._skill.policy.backend]
 
-    def chunk(self, now: Moment, tick: int) -> Rows:
-        """The next eight rows, from the one for ``tick`` on."""
-
-    def is_over(self) -> bool:
-        """Whether the task is done."""
-
-
-def demonstration(driven: DrivenRobot) -> Demonstration:
-    """A new one for this robot, which has just been reset."""
-    if isinstance(driven.backend, RobosuiteBackend):
-        return CounterToCabinet(driven.backend)
-    return JointReach() if driven.robot.id == "panda" else Lift(driven)
-
-
-class CounterToCabinet:
-    """The mobile robot's expert."""
-
-    most_ticks = 450
-
-    def __init__(self, backend: RobosuiteBackend) -> None:
-        self._backend, self._policy = backend, OraclePolicy()
-
-    def chunk(self, now: Moment, tick: int) -> Rows:
-        """As the skill's: see `Demonstration`."""
-        seen = Observation(tick, true_state(self._backend), "")
-        return [commands(row) for row in self._policy.infer(seen)]
+    def chunk(self, tick: int) -> Rows:
+        """The next rows that act, from the one for ``tick`` on; none if the policy is done."""
+        state = observe(self._assembler, self._driven.backend, self._skill)
+        said = asked(self._policy, self._skill, Observation(tick, state, self._skill.prompt))
+        if isinstance(said, Done | Failed):
+            self._is_done = isinstance(said, Done)
+            return []
+        parts = dispatch(self._routes, fitted(self._routes, said), self._skill.action_contract.dim)
+        rows = range(self._skill.execute_steps)
+        return [commands_of(self._routes, parts, row) for row in rows]
 
     def is_over(self) -> bool:
-        """By the task's own check."""
-        task = self._backend.task()
-        return task is not None and task.success
-
-
-class JointReach:
-    """The fixed arm's expert."""
-
-    most_ticks = 60
-
-    def __init__(self) -> None:
-        skill = load_skill("panda-joint-reach")
-        self._policy = JointReachPolicy.from_options(skill, skill.policy.options)
-
-    def chunk(self, now: Moment, tick: int) -> Rows:
-        """As the skill's: see `Demonstration`."""
-        state = np.concatenate([now.positions[:7], now.positions[8:10]])
-        rows = self._policy.infer(Observation(tick, state, ""))
-        assert isinstance(rows, np.ndarray), "of this layout it never says that it is there"
-        arm, gripper = ControlMode.JOINT_POSITION, ControlMode.GRIPPER_POSITION
-        return [
-            {
-                "arm": PartCommand(arm, "", np.append(row[:7], 0.0), tuple(range(7))),
-                "gripper": PartCommand(gripper, "", row[7:] * 0.04 + 0.04, ()),
-            }
-            for row in rows[:8].astype(np.float64)
-        ]
-
-    def is_over(self) -> bool:
-        """It goes on for its ticks."""
-        return False
-
-
-class Lift:
-    """Both arms rise, the left gripper closes, the right hand bends."""
-
-    most_ticks = 40
-
-    def __init__(self, driven: DrivenRobot) -> None:
-        skill = load_skill("dual-panda-lift")
-        row = np.array(skill.policy.options["row"], dtype=np.float32).astype(np.float64)
-        scale = np.array([0.1, 0.1, 0.1, 0.5, 0.5, 0.5])
-        hand, own = np.zeros(driven.robot.n_dof), driven.indices("right_hand")
-        hand[own] = row[13:]
-        twist, binary = ControlMode.CARTESIAN_TWIST, ControlMode.GRIPPER_BINARY
-        self._row = {
-            "left_arm": PartCommand(twist, "base_link", row[:6] * scale, ()),
-            "left_gripper": PartCommand(binary, "", np.ones(1), ()),
-            "right_arm": PartCommand(twist, "base_link", row[7:13] * scale, ()),
-            "right_hand": PartCommand(ControlMode.DEX_HAND_JOINT, "", hand, tuple(own)),
-        }
-
-    def chunk(self, now: Moment, tick: int) -> Rows:
-        """The same row again and again."""
-        return [self._row] * 8
-
-    def is_over(self) -> bool:
-        """It goes on for its ticks."""
-        return False
+        """Whether the task is done, by the policy or by the simulator."""
+        task = self._driven.backend.task()
+        return self._is_done or (task is not None and task.success)

@@ -15,7 +15,7 @@ import json
 import sys
 from pathlib import Path
 
-from bench.soundness.demonstrations import ROBOTS
+from bench.soundness.demonstrations import SKILLS
 from bench.soundness.gate_loop import GateLoop
 from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
 from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
@@ -28,7 +28,7 @@ def main() -> int:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("robot", choices=ROBOTS)
+    parser.add_argument("robot", choices=SKILLS)
     parser.add_argument("attack")
     parser.add_argument("seed", type=int)
     parser.add_argument("--trace", type=Path, help="a file for what happened in each tick")

@@ -20,11 +20,13 @@ DAMPINGS = (0.002, 0.01, 0.05)
 """Of a tool's controller [m]: what campaigns draw from."""
 ITERATIONS = 400
 REACHED = 1e-6
+STILL = 1e-10
+"""A step that no joint makes: nearer the joints, five perhaps, do not come [rad or m]."""
 TARGETS = (ControlMode.JOINT_POSITION, ControlMode.DEX_HAND_JOINT)
 
 
 class NotReachedError(Exception):
-    """No joint motion brings the tool there."""
+    """No end of the search for the joints that bring the tool there."""
 
 
 class Prediction:
@@ -83,7 +85,7 @@ class Prediction:
                 order.
 
         Raises:
-            NotReachedError: for a pose out of reach.
+            NotReachedError: where a controller would search on and on.
         """
         found, q = [], start.copy()
         order = [part.name for part in self._robot.parts]
@@ -166,7 +168,10 @@ class Prediction:
             )
             jacobian = whole[:, columns]
             damped = jacobian @ jacobian.T + self.damping**2 * np.eye(6)
-            q[own] += jacobian.T @ np.linalg.solve(damped, error)
+            step = jacobian.T @ np.linalg.solve(damped, error)
+            q[own] += step
+            if np.abs(step).max() < STILL:
+                return
         raise NotReachedError
 
     def _tool(self, part: str, q: FloatArray) -> Any:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from bench.soundness.demonstrations import Rows, demonstration
+from bench.soundness.demonstrations import Demonstration, Rows
 from bench.soundness.gate_loop import GateLoop
 from bench.soundness.stops import kind_of, story_of
 from fairlead.messages import Outcome, Verdict
@@ -49,7 +49,7 @@ def demonstrate(
 
 def _episode(loop: GateLoop[DrivenRobot], seed: int, found: Usability) -> None:
     loop.begin(seed)
-    expert = demonstration(loop.driven)
+    expert = Demonstration(loop.driven, seed)
     found.episodes += 1
     while loop.tick <= expert.most_ticks:
         if loop.advance("oracle") is None:
@@ -57,7 +57,11 @@ def _episode(loop: GateLoop[DrivenRobot], seed: int, found: Usability) -> None:
                 found.stops[kind_of(loop.stop_cause)] += 1
                 found.told.append(f"seed {seed}, tick {loop.tick}: {story_of(loop.stop_cause)}")
                 return
-            _ask(loop, expert.chunk(loop.now, loop.tick), seed, found)
+            rows = expert.chunk(loop.tick)
+            if expert.is_over():
+                found.succeeded += 1
+                return
+            _ask(loop, rows, seed, found)
             continue
         found.ticks += 1
         _count_cut(loop, seed, found)

@@ -51,10 +51,10 @@ def goal(robot: ScratchRobot, skill: str, ticks: int) -> GoalResult:
     robot.client.reset_episode(1)
     robot.client.arm()
     wish = GoalOptions(skill, deadline_ticks=ticks, stall_timeout_s=10.0)
-    result = run_goal(robot.client, wish).result
+    ended = run_goal(robot.client, wish)
     robot.client.disarm()
-    assert result is not None
-    return result
+    assert ended.result is not None and not ended.last_refusal, ended
+    return ended.result
 
 
 @pytest.mark.parametrize(

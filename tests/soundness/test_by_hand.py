@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
 
 from bench.equipment.kinematics import Kinematics
 from bench.soundness.arena import Arena
@@ -182,6 +184,30 @@ def test_a_delta_moves_the_tool_by_its_share_along_base_links_axes() -> None:
     turn = after[1] @ before[1].T
     np.testing.assert_allclose(np.arctan2(turn[1, 0], turn[0, 0]), 0.05, rtol=0, atol=2e-6)
     np.testing.assert_array_equal(end[8:], start[8:])
+
+
+def test_where_five_joints_cannot_follow_a_delta_they_come_as_near_as_they_can() -> None:
+    robot, file = load_robot("so101"), file_of("so101")
+    part = next(part for part in file["parts"] if part["name"] == "arm")
+    part["modes"]["cartesian_delta"]["gain"] = [1.0, 1.0]
+    start = np.array([0.2, -1.0, 0.9, 0.7, 0.3, 0.3])
+    delta = np.array([0.0, 0.004, 0.0, 0.0, 0.02, 0.0])
+    row = {"arm": PartCommand(ControlMode.CARTESIAN_DELTA, "base_link", delta, ())}
+    prediction = Prediction(robot, file)
+    prediction.damping = 0.05
+    (end,) = prediction.follow(start, [row], np.array([0.0]))
+    kinematics = Kinematics(robot.description_path(), robot.measured_joint_names)
+    before, turned = kinematics.pose(start, "tool", "base_link")
+    goal = Rotation.from_rotvec(delta[3:]) * Rotation.from_matrix(turned)
+
+    def missing(joints: FloatArray) -> FloatArray:
+        place, turn = kinematics.pose(np.append(joints, start[5]), "tool", "base_link")
+        rest = (goal * Rotation.from_matrix(turn).inv()).as_rotvec()
+        return np.concatenate([before + delta[:3] - place, rest])
+
+    nearest = least_squares(missing, start[:5], xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    assert np.linalg.norm(missing(nearest.x)) > 1e-3
+    np.testing.assert_allclose(end[:5], nearest.x, rtol=0, atol=1e-4)
 
 
 @pytest.mark.parametrize(("switch", "ahead_m"), [(-1.0, 0.02), (1.0, 0.025)])

@@ -6,7 +6,7 @@ is refused.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
 from traceback import print_exc
@@ -18,15 +18,13 @@ import numpy.typing as npt
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError, FairleadError, PolicyError, expected
-from fairlead.hal.backend import PartCommand
-from fairlead.messages import ActionPart, floats
 from fairlead.policy import Actions, Done, Failed, Observation, Policy
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest
-from fairlead.skill.routes import Route, resolve_routes
+from fairlead.skill.routes import resolve_routes
 from fairlead_tools.learn.dataset import NO_LABELS, Episode
-from fairlead_tools.parity.local_episode import make_policy, observe
+from fairlead_tools.parity.local_episode import commands_of, make_policy, observe
 from fairlead_tools.parity.local_eyes import LocalEyes
 
 if TYPE_CHECKING:
@@ -215,7 +213,7 @@ class _Runs:
             if int(route.mode) not in offered[route.part_name]
         )
         if not problem:
-            packed = [backend.pack(_commands(self._routes, parts, row)) for row in range(_PROBES)]
+            packed = [backend.pack(commands_of(self._routes, parts, row)) for row in range(_PROBES)]
             if packed[0].shape == (contract.dim,) and np.array_equal(np.array(packed), rows):
                 return
         raise ConfigError(
@@ -272,18 +270,6 @@ def asked(
         what = f"{type(error).__name__}: {error}"
         where = f"skill {skill.id}: infer failed in tick {observation.tick}"
         raise PolicyError(f"dataset record: {where}: {what}") from None
-
-
-def _commands(
-    routes: Sequence[Route], parts: Sequence[ActionPart], row: int
-) -> dict[str, PartCommand]:
-    """One row of a chunk, as the HAL gets it."""
-    return {
-        route.part_name: PartCommand(
-            route.mode, part.frame_id, floats(part.values, route.width)[row], part.active
-        )
-        for route, part in zip(routes, parts, strict=True)
-    }
 
 
 def _noisy(contract: ActionContract) -> npt.NDArray[np.float64]:

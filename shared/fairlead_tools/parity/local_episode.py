@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +12,13 @@ import numpy as np
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError
-from fairlead.messages import ResetEpisodeReply
+from fairlead.hal.backend import Backend, PartCommand
+from fairlead.messages import ActionPart, ResetEpisodeReply, floats
 from fairlead.policy import Done, Failed
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.deltas import NOW
 from fairlead.skill.manifest import SkillManifest
-from fairlead.skill.routes import resolve_routes
+from fairlead.skill.routes import Route, resolve_routes
 from fairlead_tools.parity.episode_trace import EpisodeTrace
 from fairlead_tools.parity.local_eyes import LocalEyes
 
@@ -153,7 +155,7 @@ def make_policy(skill: SkillManifest) -> Policy:
 
 
 def observe(
-    assembler: LocalAssembler, backend: RobosuiteBackend, skill: SkillManifest
+    assembler: LocalAssembler, backend: Backend, skill: SkillManifest
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
     """The skill's layout vector as the simulator stands, float64 ``[dim]``."""
     measured = backend.read()
@@ -164,6 +166,18 @@ def observe(
         measured.velocities,
     )
     return assembler.assemble(skill.state_contract)
+
+
+def commands_of(
+    routes: Sequence[Route], parts: Sequence[ActionPart], row: int
+) -> dict[str, PartCommand]:
+    """One row of a chunk, as the HAL gets it."""
+    return {
+        route.part_name: PartCommand(
+            route.mode, part.frame_id, floats(part.values, route.width)[row], part.active
+        )
+        for route, part in zip(routes, parts, strict=True)
+    }
 
 
 def _note_state(episode: EpisodeTrace, backend: RobosuiteBackend) -> None:

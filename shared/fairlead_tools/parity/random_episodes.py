@@ -14,13 +14,13 @@ import numpy as np
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
 from fairlead.hal.backend import PartCommand
-from fairlead.messages import ResetEpisodeReply, floats
-from fairlead.modes import ControlMode
+from fairlead.messages import ResetEpisodeReply
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
 from fairlead_tools.parity.deployed_episode import DeployedEpisode
 from fairlead_tools.parity.episode_trace import EpisodeTrace
+from fairlead_tools.parity.local_episode import commands_of
 
 if TYPE_CHECKING:
     from fairlead_hal_sim import RobosuiteBackend
@@ -54,15 +54,8 @@ def random_episodes(
             backend.reset(seed)
             _step(trace, backend, {})
             parts = dispatch(routes, rows, dim)
-            values = [floats(p.values, ControlMode(p.mode).width(robot.n_dof)) for p in parts]
             for tick in range(ticks):
-                commands = {
-                    robot.part_names[part.part]: PartCommand(
-                        ControlMode(part.mode), part.frame_id, numbers[tick].copy(), part.active
-                    )
-                    for part, numbers in zip(parts, values, strict=True)
-                }
-                _step(trace, backend, commands)
+                _step(trace, backend, commands_of(routes, parts, tick))
             first = 1 + HELD
             reset = ResetEpisodeReply(tick=first, episode_tick=1, held_ticks=HELD)
             call = TraceRecord(first, np.zeros(0), rows)
