@@ -217,3 +217,19 @@ TEST_CASE("G031 a joint that is measured to be faster than told stops at either 
   CHECK(code(0.006, 0.1) == 31);
   CHECK(code(0.105, 0.1) == 0);
 }
+
+TEST_CASE("G031 what a held tick led to goes on for another, from wherever that was") {
+  // At 1 m/s aside when it was measured, 50 mm a tick: held or not, and then not yet told.
+  MeasuredState state = at_rest();
+  state.velocities[slide_y] = 1.0;
+  PartMemories memories;
+  const RowBefore before{nullptr, 0, false, &memories};
+  const ChunkBuilder chunk = one_joint(Mode::joint_velocity, slide_y, {0.0});
+  const auto code = [&](double room) {
+    Limits limits = free_arm::limits();
+    (void)limits.workspace.volumes.push_back({"shelf", false, {-1, -1, 0}, {2, room, 1}});
+    return judge_rows(limits, whole_robot(limits), state, chunk.chunk, 0, before).evidence.code;
+  };
+  CHECK(code(0.1 + eps) == 0);
+  CHECK(code(0.1 - eps) == 31);
+}

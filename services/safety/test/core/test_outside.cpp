@@ -81,3 +81,13 @@ TEST_CASE("G011 a tool's motion that acts next says nothing of a joint that is o
   state.positions[arm_1] = 2.125;
   CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).code == 11);
 }
+
+TEST_CASE("G011 a row that acts next may not leave out a joint that is outside") {
+  const Limits limits = test_limits();
+  const ClaimLimits claim = whole_robot(limits);
+  const ChunkBuilder chunk = ChunkBuilder().joint(arm, Mode::joint_position, arm_2, {0.0});
+  MeasuredState state = state_at_rest();
+  CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).ok());
+  state.positions[arm_1] = 2.125;
+  CHECK(check_running(RobotModel(limits), claim, state, chunk.chunk, 0).code == 11);
+}

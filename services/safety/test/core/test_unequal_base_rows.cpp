@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 
 #include "chunk_builder.hpp"
@@ -189,10 +190,10 @@ struct Turning {
     limits.joints[base_yaw].acceleration_limit = is_left_alone ? 2.5 : 1e18;
     limits.joints[base_yaw].velocity_limit = 100.0;  // its share is not the largest
   }
-  // Ahead at so many metres a second, without a turn.
-  ChunkBuilder driven(double speed, std::size_t rows) const {
+  // Along one of its slides at so many metres a second, without a turn.
+  ChunkBuilder driven(double speed, std::size_t rows, std::size_t along = base_x) const {
     Row row(joint_count, 0.0);
-    row[base_x] = speed;
+    row[along] = speed;
     ChunkBuilder chunk;
     if (before.measured)
       chunk.add(base, Mode::joint_velocity, Rows(rows, row), {base_x, base_y});
@@ -200,15 +201,17 @@ struct Turning {
       chunk.add(base, Mode::joint_velocity, Rows(rows, row), {base_x, base_y, base_yaw});
     return chunk;
   }
-  // The least room to its left that lets it.
-  double room(double speed, std::size_t rows) const {
-    const ChunkBuilder chunk = driven(speed, rows);
+  // The least room that lets it, to its left, or ahead if it drives aside.
+  double room(double speed, std::size_t rows, std::size_t along = base_x) const {
+    const ChunkBuilder chunk = driven(speed, rows, along);
+    const std::size_t across = along == base_x ? base_y : base_x;
     double least = 0.1, most = 1.0;  // inside, where it is
     while (most - least > 1e-9) {
       const double wall = 0.5 * (least + most);
       Limits walled = limits;
       Zone zone{"room", false, square(5.0)};
-      zone.corners[2][1] = zone.corners[3][1] = wall;
+      for (const std::size_t corner : across == base_y ? std::array{2U, 3U} : std::array{1U, 2U})
+        zone.corners[corner][across] = state.positions[across] + wall;
       (void)walled.base.zones.push_back(zone);
       const auto judged = judge_rows(walled, whole_robot(walled), state, chunk.chunk, 0, before);
       (judged.evidence.ok() ? most : least) = wall;
@@ -247,4 +250,16 @@ TEST_CASE("G034 a base is beside its way by as much as a held tick may have turn
   const double beside = std::sin(0.075) * 0.05 * 8.0, more = base.room(1.0, 16) - base.room(1.0, 8);
   CHECK(more >= beside);
   CHECK(more <= 1.6 * beside);
+}
+
+TEST_CASE("G034 it is so wherever the base is, and whichever way it drives") {
+  const double here = Turning(-1.5, false).room(1.0, 16);
+  Turning away(-1.5, false);
+  away.state.positions[base_x] = 2.0;
+  away.state.positions[base_y] = -3.0;
+  CHECK(away.room(1.0, 16) == doctest::Approx(here).epsilon(1e-6));
+  Turning aside(1.5, false);
+  aside.state.positions[base_x] = -3.0;
+  aside.limits.joints[base_y].acceleration_limit = 1e18;
+  CHECK(aside.room(1.0, 16, base_y) == doctest::Approx(here).epsilon(1e-6));
 }

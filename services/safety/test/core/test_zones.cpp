@@ -246,3 +246,27 @@ TEST_CASE("G034 a post is not driven through where one slide brakes sooner than 
   for (Corner& corner : limits.base.zones[1].corners) corner[0] += 0.02;
   CHECK(drive(limits, both).evidence.ok());
 }
+
+TEST_CASE("G034 a base that slows down as told stops short of where it would as fast as measured") {
+  // Ahead at 1 m/s when measured, told half of that and as much aside: from (25, 25) mm it stops
+  // another (25, 25) on, or (100, 25), past a post.
+  const auto code = [](double post) {
+    Limits limits = test_limits();
+    limits.parts[base].modes.joint_velocity.gain = {1.0, 1.0};
+    for (const std::size_t j : {base_x, base_y}) limits.joints[j].acceleration_limit = 5.0;
+    limits.base.reaction_s = 1e-9;
+    limits.base.footprint = square(1e-9);
+    Zone zone{"post", true, square(0.01)};
+    for (auto& corner : zone.corners) corner = {corner[0] + 0.05, corner[1] + post + 0.01};
+    (void)limits.base.zones.push_back(zone);
+    MeasuredState state = state_at_rest();
+    state.velocities[base_x] = 1.0;
+    Row row(joint_count, 0.0);
+    row[base_x] = row[base_y] = 0.5;
+    ChunkBuilder chunk;
+    chunk.add(base, Mode::joint_velocity, {row}, {base_x, base_y});
+    return judge_rows(limits, whole_robot(limits), state, chunk.chunk, 0, {}).evidence.code;
+  };
+  CHECK(code(0.05 + 1e-6) == 0);
+  CHECK(code(0.05 - 1e-6) == 34);
+}

@@ -40,7 +40,7 @@ struct Cell {
 struct CellCorner {
   double margin = std::numeric_limits<double>::infinity();
   double bend = 0.0;
-  Joints ways;
+  Joints ways{};
 
   [[nodiscard]] double least() const { return margin - bend; }
 };

@@ -27,7 +27,6 @@ class WorstCorner {
   void add(double offset, std::initializer_list<Facing> points) {
     CellCorner corner;
     corner.margin = offset;
-    corner.ways.fill(0.0);
     for (const Facing& facing : points) go_nearer(facing, corner);
     if (!(corner.least() >= found_.least())) found_ = corner;
   }
@@ -40,7 +39,6 @@ class WorstCorner {
     for (std::size_t f = facing.frame; f != facing.base; f = model_.frames[f].parent) {
       const ModelFrame& frame = model_.frames[f];
       const double half = cell_.half[frame.joint];
-      if (half == 0.0) continue;
       const Motion6 motion = motion_with(frame, cell_.poses[f], facing.point);
       const double slope = facing.direction.dot(motion.head<3>());
       corner.margin -= std::abs(slope) * half;
