@@ -28,6 +28,12 @@ TEST_CASE("what was beyond its limit may stay there or come back, but for a roun
   CHECK_FALSE(breach(-0.4, -0.5));
   CHECK_FALSE(breach(-0.5 - 0.9e-6, -0.5));
   CHECK(breach(-0.5 - 1.1e-6, -0.5));
+  CHECK_FALSE(breach(-0.5 - unchanged, -0.5));
+  const auto better = [](double margin) {
+    return is_breach(margin, [] { return -0.5; }, Excuse::better);
+  };
+  CHECK_FALSE(better(-0.5 + unchanged));
+  CHECK(better(just_below(-0.5 + unchanged)));
 }
 
 TEST_CASE("what was at its limit may not leave it, not even by a rounding error") {

@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include "free_arm.hpp"
 #include "predicted.hpp"
 #include "two_arms.hpp"
 
@@ -149,4 +150,72 @@ TEST_CASE("G032 of two parts that brake one may stop at once: at its target, for
   };
   CHECK(judged(1).evidence.code == 32);
   CHECK(judged(0).evidence.ok());  // a forecast: it is certified before it acts
+}
+
+TEST_CASE("what only its positions show to move may stand where it is, whatever rows come") {
+  Limits limits = two_arms::limits();
+  JointLimits& right = limits.joints[two_arms::right_1];
+  right.acceleration_limit = 5.0;
+  ChunkBuilder own;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {0.1, 0.1, 0.1});
+  const auto stands = [&](double velocity, double travel_speed) {
+    MeasuredState state = two_arms::at_rest();
+    state.velocities[two_arms::right_1] = velocity;
+    state.travel_speeds[two_arms::right_1] = travel_speed;
+    Predicted predicted(limits, state, own.chunk);
+    REQUIRE(predicted.all.branch_count() == 2);
+    (void)predicted.after_a_row();
+    (void)predicted.after_a_row();
+    CHECK(predicted.all.branch(0).now[two_arms::right_1] != 0.0);
+    return predicted.all.branch(1).now[two_arms::right_1] == 0.0;
+  };
+  for (const double way : {1.0, -1.0}) {
+    CHECK(stands(0.0, 0.5 * way));
+    CHECK_FALSE(stands(0.5 * way, 0.5 * way));
+    CHECK_FALSE(stands(right.standstill_velocity * way, 0.5 * way));
+  }
+}
+
+TEST_CASE("in the tick that runs a joint holds that another claim's only row commands next") {
+  const Limits limits = two_arms::limits();
+  ChunkBuilder own, other;
+  two_arms::command(own, two_arms::left, Mode::joint_position, two_arms::left_1, {0.1, 0.1});
+  two_arms::command(other, two_arms::right, Mode::joint_position, two_arms::right_1, {0.02});
+  MeasuredState state = two_arms::at_rest();
+  state.velocities[two_arms::right_1] = 0.5;
+  PartMemories memories;
+  const RowBefore running{nullptr, 0, false, &memories};
+  const Companion companion{{}, &other.chunk, 0, 1};
+  Predicted beside(limits, state, own.chunk, running, Companions(&companion, 1));
+  CHECK(beside.all.start_off()[two_arms::right_1] == doctest::Approx(0.0125));
+  CHECK(beside.all.is_start_off());
+  beside.all.only_forecast();
+  CHECK_FALSE(beside.all.is_start_off());
+  Predicted alone(limits, state, own.chunk, running);
+  CHECK_FALSE(alone.all.is_start_off());
+}
+
+TEST_CASE("a first target is reached as much faster or slower as a held tick leaves open") {
+  // Half way between 0 and 10 mm when it begins: 0.4 m/s to 25 mm, give or take 0.1.
+  for (const double way : {1.0, -1.0}) {
+    MeasuredState state = free_arm::at_rest();
+    state.velocities[free_arm::slide_x] = 0.2 * way;
+    PartMemories memories;
+    const ChunkBuilder chunk =
+        free_arm::one_joint(Mode::joint_position, free_arm::slide_x, {0.025 * way});
+    Predicted predicted(free_arm::limits(), state, chunk.chunk, {nullptr, 0, false, &memories});
+    const Branch& branch = predicted.after_a_row();
+    CHECK(branch.speed[free_arm::slide_x] == doctest::Approx(0.5 * way));
+    CHECK(branch.slowed().speed[free_arm::slide_x] == doctest::Approx(0.3 * way));
+    CHECK(predicted.all.turn_off() == 0.0);  // there is no base
+  }
+}
+
+TEST_CASE("the targets of the row before, if it had any, of whichever joint") {
+  const ChunkBuilder chunk = free_arm::one_joint(Mode::joint_position, 0, {0.01});
+  Predicted first(free_arm::limits(), free_arm::at_rest(), chunk.chunk);
+  CHECK_FALSE(first.all.last_targets().has_value());
+  Predicted next(free_arm::limits(), free_arm::at_rest(), chunk.chunk, {&chunk.chunk, 0, true});
+  REQUIRE(next.all.last_targets().has_value());
+  CHECK((*next.all.last_targets())[0] == 0.01);
 }

@@ -186,6 +186,7 @@ TEST_CASE("control characters in a text are told by their bytes, in a name they 
   CHECK(by("\xE2\x81\xA6") == "\\xe2\\x81\\xa6");
   CHECK(by("\xE2\x80\x8F\xE2\x80\x90") == "\\xe2\\x80\\x8f\xE2\x80\x90");
   CHECK(by("\xE2\x80\x8E\xE2\x80\xAF") == "\\xe2\\x80\\x8e\xE2\x80\xAF");
+  CHECK(by("\xE2\x80\xA8\xE2\x81\xA9") == "\\xe2\\x80\\xa8\\xe2\\x81\\xa9");
   CHECK(by("\xE2\x82\xAC") == "\xE2\x82\xAC");
   CHECK(has_control("\xC2"));  // a character that is cut off, which no decoded text has
   CHECK(by("\xC3\xA9\xE2\x80\xA7\xE2\x81\xA5\xE2\x81\xAA") ==
@@ -261,6 +262,8 @@ TEST_CASE("every signed number survives") {
 TEST_CASE("every fault has a name") {
   for (std::uint8_t fault = 0; fault <= static_cast<std::uint8_t>(FrameFault::trailing); ++fault)
     CHECK(fault_name(static_cast<FrameFault>(fault)) != "unknown");
+  const auto last = static_cast<std::uint8_t>(FrameFault::trailing);
+  CHECK(fault_name(static_cast<FrameFault>(last + 1)) == "unknown");
   CHECK(fault_name(static_cast<FrameFault>(200)) == "unknown");
 }
 

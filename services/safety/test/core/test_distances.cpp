@@ -180,4 +180,10 @@ TEST_CASE("out of a box it is along the gap, or from inside through the nearest 
   CHECK((out(Point(1.3, 0.2, 1.4), Point(1.3, 0.7, 1.4)) - apart).norm() < 1e-12);
   CHECK(out(Point(0.9, 0.5, 0.5), Point(0.9, 0.5, 0.4)) == up);
   CHECK(out(Point(0.5, 0.2, 0.5), Point(0.6, 0.2, 0.5)) == down);
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0}) {
+      Point near = Point::Constant(0.5);
+      near[axis] += 0.4 * side;
+      CHECK(out(near, near) == side * Point::Unit(axis));
+    }
 }

@@ -204,6 +204,12 @@ TEST_CASE("two motions in one: the second turns what the first has turned") {
   Motion6 more = Motion6::Zero();
   CHECK(one_after_other(first, more) == first);
   CHECK(one_after_other(more, first) == first);
+  more << 0.0, 0.0, 0.0, 0.1, 0.7, -0.3;
+  Motion6 shift;
+  shift << 0.1, 0.2, 0.3, 0.0, 0.0, 0.0;
+  CHECK(one_after_other(more, shift) == more + shift);
+  CHECK(one_after_other(shift, more) == more + shift);
+  more.setZero();
   more[3] = 0.25;
   CHECK(one_after_other(first, more)[3] == doctest::Approx(quarter + 0.25));
 }

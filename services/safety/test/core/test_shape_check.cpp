@@ -119,6 +119,22 @@ TEST_CASE("a pair is clear up to and including its clearance, and that of its sp
   CHECK(hit.value == doctest::Approx(0.25));
 }
 
+TEST_CASE("a pair is looked at that is clear by what anything goes, but not if it is off as well") {
+  const Limits limits = balls(2.5);  // clear by 1 m
+  const RobotModel model(limits);
+  FramePoses poses;
+  poses.place(model, Joints{});
+  const auto near_count = [&](double off) {
+    ShapeCheck check(model, turning);
+    check.deviate_by(going(off, 0.0));
+    Clearance found;
+    CHECK(check.check(poses, poses, DisplacementBound(model, Joints{}, going(0.1, 0.0)), found).ok());
+    return found.near_count;
+  };
+  CHECK(near_count(0.0) == 0);
+  CHECK(near_count(0.2) == 1);  // 0.8 m
+}
+
 TEST_CASE("tools and capsules are near by what they are clear by in the nearest volume") {
   const Limits limits = flag();
   const Look look(limits, going(1.0, 0.0), 1.0);

@@ -229,7 +229,8 @@ struct Turning {
 TEST_CASE("a slide counts as fast as any yaw makes it that nobody commands, or that was held") {
   for (const bool is_left_alone : {false, true})
     for (const double turning : {1.5, -1.5, 0.0}) {
-      const Turning base(turning, is_left_alone);
+      Turning base(turning, is_left_alone);
+      base.state.positions[base_yaw] = 0.7;
       const ChunkBuilder chunk = base.driven(0.9, 2);
       Predicted predicted(base.limits, base.state, chunk.chunk, base.before);
       const double aside = std::abs(turning) * (is_left_alone ? 0.3 : 0.025);
@@ -237,8 +238,10 @@ TEST_CASE("a slide counts as fast as any yaw makes it that nobody commands, or t
         (void)predicted.after_a_row();
         CHECK(predicted.all.turn_off() == doctest::Approx(aside));
         const Branch& branch = predicted.all.branch(0);
-        const double ahead = std::abs(branch.speed[base_x]) + aside * 0.9;
-        CHECK(predicted.all.base_speed() >= doctest::Approx(ahead / 1.5));
+        for (const std::size_t slide : {base_x, base_y}) {
+          const double fastest = std::abs(branch.speed[slide]) + aside * 0.9;
+          CHECK(predicted.all.base_speed() >= doctest::Approx(fastest / 1.5));
+        }
         CHECK(predicted.all.base_speed() <= 0.9 * (1.0 + aside) / 1.5 + 1e-9);
       }
     }

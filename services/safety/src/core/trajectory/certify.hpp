@@ -81,9 +81,10 @@ struct ZoneConstraint {
 
 /// Between two configurations that are queried nothing moves further than this [m].
 inline constexpr double sweep_resolution = 0.01;
-/// Ends what would never end: motions that are no numbers. Braking is halved by its time, of which
-/// a joint may need a small part only.
-inline constexpr int halvings = 24;
+/// No part of a motion is halved that is shorter, of its length or time: that ends what would never
+/// end, motions that are no numbers. Braking is halved by its time, of which a joint may need a
+/// small part only.
+inline constexpr double shortest_part = 0x1p-24;
 
 /// What is at fault between two points of a motion. Nothing can come nearer than it is clear by at
 /// both together, unless it moves further: then all between is clear. Otherwise the middle is
@@ -92,17 +93,17 @@ inline constexpr int halvings = 24;
 /// far anything moves on the whole motion [m].
 template <class Motion, class Constraint>
 Evidence certify(const Motion& motion, const Constraint& constraint, const WayPoint& from,
-                 const WayPoint& to, int depth = halvings) {
+                 const WayPoint& to) {
   const double share = share_between(motion, from, to);
   if (from.clear + to.clear >= share || share * constraint.longest() <= sweep_resolution ||
-      depth == 0)
+      to.place - from.place <= shortest_part)
     return {};
   WayPoint middle;
   middle.place = 0.5 * (from.place + to.place);
   motion.at(middle.place, middle.joints);
   Evidence evidence = constraint.query(middle.joints, share, middle.clear);
-  if (evidence.ok()) evidence = certify(motion, constraint, from, middle, depth - 1);
-  if (evidence.ok()) evidence = certify(motion, constraint, middle, to, depth - 1);
+  if (evidence.ok()) evidence = certify(motion, constraint, from, middle);
+  if (evidence.ok()) evidence = certify(motion, constraint, middle, to);
   return evidence;
 }
 

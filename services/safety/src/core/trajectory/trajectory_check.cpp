@@ -46,7 +46,6 @@ Evidence TrajectoryCheck::check_next() {
     evidence = check_branch(i);
   if (evidence.ok()) evidence = check_between_shares();
   if (evidence.ok()) evidence = check_other_speeds();
-  shape_check_.note_targets_before(nullptr);  // a row's target is where the next one starts
   if (!evidence.ok()) evidence.row = static_cast<std::int64_t>(prediction_.row());
   return evidence;
 }
