@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from fairlead.robot.home_check import smallest_singular_values
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import read_skill
@@ -28,13 +29,17 @@ def test_a_home_where_the_tool_is_singular_is_said_by_new_and_check(desk: Desk) 
     assert done.returncode == 0, done.stderr
     said = "home is singular for the tool of arm: smallest singular value "
     (line,) = [one for one in done.stdout.splitlines() if one.startswith(said)]
-    assert line.endswith(", limit 0.01")
+    assert line.endswith(", limit 0.03")
     assert desk.check("straight")[0] == 0
     assert ("home", line) in desk.findings("straight", "open")
 
 
 def test_a_bent_home_is_no_finding(desk: Desk) -> None:
-    drafted(desk, "bare", without_gripper())
+    robot = drafted(desk, "bare", without_gripper())
+    assert robot.home is not None
+    (value,) = smallest_singular_values(robot, robot.home.positions).values()
+    limit = robot.profile("sim").parts["arm"].singularity_limit
+    assert 0.03 < value / 2.0 < 0.1 and limit == round(value / 2.0, 3)
     assert "home" not in [subject for subject, _ in desk.findings("bare", "open")]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
@@ -45,19 +47,27 @@ def singular_homes(robot: RobotManifest) -> dict[str, str]:
     """
     if robot.home is None:
         return {}
-    tree, found = description_tree(robot), {}
-    at = dict.fromkeys((one.joint for one in tree.links if one.joint), 0.0) | robot.home.positions
-    for part in robot.parts:
-        limits = [profile.parts[part.name].singularity_limit for profile in robot.safety.values()]
+    found = {}
+    for name, value in smallest_singular_values(robot, robot.home.positions).items():
+        limits = [profile.parts[name].singularity_limit for profile in robot.safety.values()]
         limit = max((one for one in limits if one is not None), default=0.0)
-        if not limit or part.end_effector is None:
-            continue
-        tool = robot.end_effector(part.end_effector).tool_frame
-        jacobian = ToolChain(tree, tool).jacobian(at, part.joints)
-        value = float(np.linalg.svd(jacobian, compute_uv=False).min())
         if value < limit:
-            found[part.name] = (
-                f"home is singular for the tool of {part.name}: smallest singular value "
+            found[name] = (
+                f"home is singular for the tool of {name}: smallest singular value "
                 f"{value:.2g}, limit {limit:g}"
             )
+    return found
+
+
+def smallest_singular_values(
+    robot: RobotManifest, positions: Mapping[str, float]
+) -> dict[str, float]:
+    """Of the Jacobian of each part's tool [m]; joints that are not named count as at 0."""
+    tree, found = description_tree(robot), {}
+    at = dict.fromkeys((one.joint for one in tree.links if one.joint), 0.0) | dict(positions)
+    for part in robot.parts:
+        if part.end_effector is not None and part.joints:
+            tool = robot.end_effector(part.end_effector).tool_frame
+            jacobian = ToolChain(tree, tool).jacobian(at, part.joints)
+            found[part.name] = float(np.linalg.svd(jacobian, compute_uv=False).min())
     return found

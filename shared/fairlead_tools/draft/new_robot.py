@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from fairlead.paths import robot_dir, robot_ids, user_robots_dir
 from fairlead.robot.description import DescriptionTree
 from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.gate_geometry import is_swept
+from fairlead.robot.home_check import smallest_singular_values
 from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.safety_profile import profile_limits
@@ -35,6 +36,8 @@ from fairlead_tools.shape.robot_shape import RobotShape
 _PERIOD_MS = 50.0
 _MOST_M, _MOST_RAD = 0.05, 0.25
 """Of a tool's motion in a period: 1 m/s, 5 rad/s."""
+_LEAST_SINGULAR, _MOST_SINGULAR = 0.03, 0.1
+"""Limits of its Jacobian's smallest singular value [m]."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +137,7 @@ def _filled(
         open={**draft.open, **fitted.open},
         reach=_reach(shape.robot, shape.tree, draft, source),
         tool_steps=_tool_steps(shape.robot, shape.tree, draft),
+        singularity_limits=_singularity_limits(shape.robot, fitted.home),
     )  # fmt: skip
     manifest = _written(asked, folder, draft)
     say("the gate's file")
@@ -202,6 +206,14 @@ def _tool_steps(
             most = (can.linear_m_s * period_s / 4.0, can.angular_rad_s * period_s / 4.0)
             found[part.name] = (min(_MOST_M, most[0]), min(_MOST_RAD, most[1]))
     return found
+
+
+def _singularity_limits(robot: RobotManifest, home: Mapping[str, float]) -> dict[str, float]:
+    """Half of what home has [m]; but where it is less, dampings of controllers matter too much."""
+    return {
+        part: round(min(_MOST_SINGULAR, max(_LEAST_SINGULAR, value / 2.0)), 3)
+        for part, value in smallest_singular_values(robot, home).items()
+    }
 
 
 def _reach(

@@ -33,6 +33,7 @@ class DraftRobot:
     capsules, and why. reach: corners of the box that its tools reach [m].
     open: keys of robot.yaml that a person has to look at, and why.
     tool_steps: by part, how far its tool may be told to move in a period [m, rad].
+    singularity_limits: by part, of its tool's Jacobian [m].
     """
 
     id: str
@@ -49,6 +50,7 @@ class DraftRobot:
     clearance_m: float = 0.01
     open: Mapping[str, str] = field(default_factory=dict)
     tool_steps: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    singularity_limits: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def commanded(self) -> list[DraftJoint]:
@@ -252,7 +254,8 @@ class DraftRobot:
         if not part.moves_tool:
             return {"transitions": "any", **told}
         delta = {**told, "cartesian_delta": self._delta(part)}
-        return {"singularity_limit": 0.01, "transitions": "any", **delta}
+        limit = self.singularity_limits.get(part.name, 0.05)
+        return {"singularity_limit": limit, "transitions": "any", **delta}
 
     def _delta(self, part: DraftPart) -> dict[str, Any]:
         linear, angular = (_rounded(one) for one in self.tool_steps.get(part.name, (0.01, 0.05)))

@@ -84,7 +84,7 @@ inline constexpr double sweep_resolution = 0.01;
 /// No part of a motion is halved that is shorter, of its length or time: that ends what would never
 /// end, motions that are no numbers. Braking is halved by its time, of which a joint may need a
 /// small part only.
-inline constexpr double shortest_part = 0x1p-24;
+inline constexpr double shortest_part = 1e-7;
 
 /// What is at fault between two points of a motion. Nothing can come nearer than it is clear by at
 /// both together, unless it moves further: then all between is clear. Otherwise the middle is
