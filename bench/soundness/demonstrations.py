@@ -23,7 +23,7 @@ SKILLS = {
     "so101": ("so101-tool-motion", "so101-reach"),
 }
 """Of each robot, one after the other by seed."""
-MOST_TICKS = {"oracle": 450, "joint_reach": 250, "constant": 40}
+MOST_TICKS = {"oracle": 450, "joint_reach": 250, "constant": 250}
 """When a policy gives up, or its episode ends where there is no task."""
 Rows = list[Mapping[str, PartCommand]]
 

@@ -24,10 +24,13 @@ from fairlead.messages import (
     GoalFeedback,
     GoalResult,
     Grant,
+    HalPart,
+    HalStatus,
     Heartbeat,
     JointState,
     Lease,
     Message,
+    ModeRange,
     Outcome,
     Release,
     StopLevel,
@@ -37,6 +40,8 @@ from fairlead.messages import (
     decode,
     pack_floats,
 )
+from fairlead.modes import ControlMode
+from fairlead.robot.manifest import load_robot
 from fairlead.wire.bus import Answer, Qos, Sample, Undeclare
 from fairlead.wire.memory_bus import MemoryBus
 from tests.client.turns import turns
@@ -89,6 +94,7 @@ class ScriptedRobot:
             self.tokens[service] = bus.declare_token(keys.alive(service))
         bus.serve(keys.gate_command("arm"), "safety", lambda _: ArmReply(epoch=EPOCH, session=1))
         self.gate = bus.serve(keys.gate_status, "safety", lambda _: self._gate_status())
+        bus.serve(keys.hal_status, "hal", lambda _: hal_status())
         bus.serve_later(keys.goal("runner"), "runner", self._on_goal)
         bus.serve(keys.feedback("runner"), "runner", lambda _: _feedback(0, "", None))
         bus.serve(keys.cancel("runner"), "runner", self._on_cancel)
@@ -220,3 +226,24 @@ async def waiting_for(goal: RunningGoal) -> asyncio.Task[GoalResult]:
     task = asyncio.ensure_future(goal.result())
     await turns()
     return task
+
+
+def hal_status() -> HalStatus:
+    """Of a HAL that has no composite switch."""
+    robot = load_robot(DEPLOYMENT.robot)
+    return HalStatus(
+        session=SESSION, robot=robot.id, robot_hash=robot.robot_hash, pacing="realtime",
+        period_ns=robot.tick_period_ns, tick=1, episode_tick=1, state="ready", detail="",
+        joints=robot.joint_names, passive_joints=robot.passive_joint_names,
+        parts=tuple(
+            HalPart(
+                name=part.name, simulator_part="", joints=part.joints,
+                ranges=tuple(
+                    ModeRange(mode=int(mode), lower=b"", upper=b"")
+                    for mode in part.control_modes if mode is not ControlMode.COMPOSITE_MODE
+                ),
+            )
+            for part in robot.parts
+        ),
+        simulator_order=(), cameras=(), has_task=True, overruns=0,
+    )  # fmt: skip

@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
+from msgspec import structs
 
 from fairlead import PartClaim, Robot, connect
 from fairlead.errors import ClaimLostError, ConfigError, MessageError, TransportError
@@ -28,7 +30,13 @@ pytestmark = pytest.mark.asyncio
         (lambda claim: claim.rows("base", 7, STILL), "modes, got 7, no ControlMode .valid: "),
         (lambda claim: claim.rows("base", TWIST, [[0.0] * 6, [0, 0, math.nan, 0, 0, 0]]),
          "part base: expected finite numbers for body_twist, got nan in row 1, column 2$"),
-        (lambda claim: claim.rows("base", TWIST, [[None] * 6]), "got nan in row 0, column 0$"),
+        (lambda claim: claim.rows("base", TWIST, [[None] * 6]), "got rows of object$"),
+        (lambda claim: claim.rows("base", TWIST, [["0.1"] * 6]), "got rows of <U3$"),
+        (lambda claim: claim.rows("base", TWIST, [[True] * 6]), "got rows of bool$"),
+        (lambda claim: claim.rows("base", TWIST, [[10**400] * 6]), "got rows of other things$"),
+        (lambda claim: claim.rows("base", TWIST, np.ma.masked_array(STILL, mask=True)),
+         "got a masked array$"),
+        (lambda claim: claim.rows("base", TWIST, STILL, joints=None), "in a tuple, got None$"),
         (lambda claim: claim.rows("base", TWIST, [[1e309] * 6]), "got inf in row 0"),
     ],
 )  # fmt: skip
@@ -54,6 +62,61 @@ async def test_what_is_sent_is_a_ticks_number_and_rows_of_this_library_no_more_t
             await misused(1, STILL)
         with pytest.raises(ConfigError, match="^planner: expected at most 64 rows, got 65$"):
             await claim.send(1, long)
+        for changes in ({"mode": 77}, {"mode": "x"}, {"values": b"abc"}, {"values": None}):
+            with pytest.raises(ConfigError, match="got a part of other bytes or mode$"):
+                await misused(1, structs.replace(good, **changes))
+        for timeout_s in (math.nan, math.inf, -1.0, None, "a"):
+            with pytest.raises(ConfigError, match="^planner: expected a timeout in seconds, got "):
+                await cast(Any, claim.next_tick)(timeout_s)
+
+
+async def test_a_mode_that_the_running_hal_does_not_offer_is_refused_before_it_could_stop_it(
+    robot: Robot, scripted: ScriptedRobot
+) -> None:
+    switch = ControlMode.COMPOSITE_MODE
+    claim = robot.claim(["base"], source="planner")
+    claim.rows("composite", switch, [[1.0]])  # nobody has asked the HAL yet
+    async with claim:
+        scripted.lease()
+        with pytest.raises(ConfigError, match="^part composite: expected a mode that this HAL off"):
+            claim.rows("composite", switch, [[1.0]])
+
+
+async def test_two_chunks_at_once_are_told_apart_by_refusing_the_second(
+    robot: Robot, scripted: ScriptedRobot
+) -> None:
+    async with robot.claim(["base"], source="planner") as claim:
+        scripted.lease()
+        good = claim.rows("base", TWIST, STILL)
+        first = asyncio.ensure_future(claim.send(1, good))
+        await turns()
+        with pytest.raises(ConfigError, match="one chunk after the other"):
+            await claim.send(1, good)
+        first.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await first
+        second = asyncio.ensure_future(claim.send(1, good))
+        await turns()
+        assert not second.done()
+        second.cancel()
+
+
+@pytest.mark.parametrize(
+    ("parts", "task", "said"),
+    [
+        ("arm", "", "expected a list of parts, got 'arm' "),
+        (5, "", "expected a list of parts, got 5 "),
+        (None, "", "expected a list of parts, got None "),
+        ([["arm"]], "", "expected a part to claim, got "),
+        (["arm"], 5, "expected a task in words, got 5"),
+        (["arm"], "\udc80", "expected a task in words, got "),
+    ],
+)
+async def test_a_claim_is_of_parts_and_for_a_task(
+    robot: Robot, parts: Any, task: Any, said: str
+) -> None:
+    with pytest.raises(ConfigError, match=said):
+        robot.claim(parts, source="planner", task=task)
 
 
 async def outside(claim: PartClaim) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError, PolicyError
-from fairlead.policy import Observation
+from fairlead.policy import Done, Observation
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.replay import ReplayPolicy
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter, read_trace
@@ -31,22 +31,39 @@ def record(path: Path, *horizons: int, dim: int = 12) -> list[np.ndarray]:
 def test_constant_repeats_its_row_for_the_skills_horizon() -> None:
     policy = ConstantPolicy.from_options(SKILL, {"row": [0.1] * 12})
     actions = policy.infer(SEEN)
-    assert actions.dtype == np.float32
+    assert isinstance(actions, np.ndarray) and actions.dtype == np.float32
     np.testing.assert_array_equal(actions, np.full((8, 12), 0.1, dtype=np.float32))
     actions[:] = 9
-    assert policy.infer(SEEN)[0, 0] == np.float32(0.1)
+    np.testing.assert_array_equal(policy.infer(SEEN), np.full((8, 12), 0.1, dtype=np.float32))
+
+
+def test_constant_goes_through_its_phases_and_is_done() -> None:
+    phases = [{"row": [value] * 12, "ticks": ticks} for value, ticks in ((0.5, 3), (-0.5, 4))]
+    policy = ConstantPolicy.from_options(SKILL, {"phases": phases})
+    for _ in range(2):
+        for tick, expected in ((11, [0.5] * 3 + [-0.5] * 5), (13, [0.5] + [-0.5] * 7)):
+            actions = policy.infer(Observation(tick, np.zeros(30), ""))
+            assert isinstance(actions, np.ndarray)
+            assert actions[:, 0].tolist() == expected
+        assert isinstance(policy.infer(Observation(17, np.zeros(30), "")), np.ndarray)
+        assert policy.infer(Observation(18, np.zeros(30), "")) == Done("every phase is over")
+        policy.reset()
 
 
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({}, "constant policy: 1 problem(s):\n  row: is missing"),
+        ({}, "constant policy: expected row or phases, got neither"),
+        ({"row": [0.0] * 12, "phases": [{"row": [0.0] * 12, "ticks": 1}]},
+         "constant policy: expected row or phases, got both"),
+        ({"phases": [{"row": [0.0] * 3, "ticks": 1}]},
+         "constant policy: expected a row of 12, got 3"),
         ({"row": [0.0] * 12, "horizon": 0},
          "constant policy: 1 problem(s):\n  horizon: Input should be greater than or equal to 1, "
          "got 0"),
         ({"row": [0.0] * 3}, "constant policy: expected a row of 12, got 3"),
         ({"row": [0.0] * 12, "speed": 1},
-         "constant policy: 1 problem(s):\n  speed: unknown key (valid: row, horizon)"),
+         "constant policy: 1 problem(s):\n  speed: unknown key (valid: row, phases, horizon)"),
     ],
 )  # fmt: skip
 def test_constant_options_that_do_not_fit_are_named(options: dict[str, Any], text: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -38,7 +39,7 @@ from fairlead.modes import ControlMode
 from fairlead.operate.changes import Changes, unbroken
 from fairlead.operate.claim_watch import ClaimWatch
 from fairlead.operate.heartbeat import beat
-from fairlead.operate.rows import part_rows
+from fairlead.operate.rows import Offered, common_horizon, offered_modes, part_rows
 from fairlead.operate.services import ANSWER_TIMEOUT_S, Services
 from fairlead.operate.subscription import watch
 from fairlead.operate.tick import Tick, TickBuilder
@@ -48,7 +49,6 @@ from fairlead.wire.verdict_text import describe, why_not_armed
 
 LEASE_SILENCE_S = 2.0  # leases come at least every 25 ms
 RESUME_S = 0.5
-FLOAT_BYTES = 8
 
 
 class PartClaim:
@@ -73,7 +73,8 @@ class PartClaim:
         self._changes = Changes()
         self._taking: asyncio.Future[ClaimReply] | None = None  # until the gate has answered
         self._beating: asyncio.Future[None] | None = None  # while its parts are held
-        self._seq = 0
+        self._seq, self._is_sending = 0, False
+        self._offered: Offered = {}
 
     # --- its block --------------------------------------------------------------------
 
@@ -82,6 +83,7 @@ class PartClaim:
         if self._beating is not None:
             raise ConfigError(f"claim of {self._source}: held already; make another")
         await self._services.wait_alive(self._services.gate)
+        self._offered = offered_modes(self._robot, await self._services.hal_status())
         self._taking = asyncio.ensure_future(self._take())
         try:
             self.reply = await asyncio.shield(self._taking)
@@ -159,8 +161,11 @@ class PartClaim:
         Raises:
             ClaimLostError: the claim is lost.
             NoAnswerError: no new tick in time.
+            ConfigError: the timeout is no number of seconds.
         """
         self._check_held()
+        if not isinstance(timeout_s, int | float) or not 0.0 <= timeout_s < math.inf:
+            raise ConfigError(expected(self._source, "a timeout in seconds", repr(timeout_s)))
         await self._wait(lambda: self._newest > self._told, "joint state", timeout_s)
         assert self._tick is not None
         self._told = self._tick.number
@@ -176,7 +181,8 @@ class PartClaim:
         joints: tuple[str, ...] = (),
     ) -> ActionPart:
         """Rows ``[H, width]`` for one part, SI, one a tick: as `part_rows`."""
-        return part_rows(self._robot, part, mode, rows, frame=frame, joints=joints)
+        offered = self._offered.get(part)
+        return part_rows(self._robot, part, mode, rows, frame=frame, joints=joints, offered=offered)
 
     async def send(self, tick: int, *parts: ActionPart) -> Verdict:
         """Propose rows computed from what was measured at ``tick``, the first one for that tick.
@@ -190,12 +196,17 @@ class PartClaim:
             ChunkRefusedError: the gate refused the rows; the ones released before still act.
             ClaimLostError: the claim is lost.
             NoAnswerError: no verdict in time.
-            ConfigError: no tick, no parts made by `rows`, too many rows, or different horizons.
+            ConfigError: no tick, no parts made by `rows`, too many rows, different horizons, or the
+                verdict of another chunk is awaited.
         """
         self._check_held()
+        if self._is_sending:
+            what = "one chunk after the other, with all that acts together in one `send`"
+            raise ConfigError(expected(self._source, what, "a second before the first's verdict"))
         if type(tick) is not int or not 0 <= tick < 2**64:
             raise ConfigError(expected(self._source, "the number of a tick", repr(tick)[:40]))
-        horizon = self._horizon(parts)
+        most = self._request.horizon_max
+        horizon = common_horizon(self._source, self._robot.n_dof, parts, most)
         self._seq += 1
         self._verdict = None
         self._payload = encode(
@@ -215,26 +226,16 @@ class PartClaim:
                 trace=NO_TRACE,
             )
         )
-        self._candidate.put_bytes(self._payload)
-        await self._wait(lambda: self._verdict is not None, "verdict", ANSWER_TIMEOUT_S)
+        self._is_sending = True
+        try:
+            self._candidate.put_bytes(self._payload)
+            await self._wait(lambda: self._verdict is not None, "verdict", ANSWER_TIMEOUT_S)
+        finally:
+            self._is_sending = False
         assert self._verdict is not None
         if self._verdict.outcome == Outcome.REFUSED:
             raise ChunkRefusedError(describe(self._verdict), self._verdict)
         return self._verdict
-
-    def _horizon(self, parts: tuple[ActionPart, ...]) -> int:
-        n_dof, most = self._robot.n_dof, self._request.horizon_max
-        for part in parts:
-            if not isinstance(part, ActionPart):
-                raise ConfigError(expected(self._source, "what `rows` made", type(part).__name__))
-        widths = {part: FLOAT_BYTES * ControlMode(part.mode).width(n_dof) for part in parts}
-        found = {len(part.values) // width for part, width in widths.items()}
-        if len(found) != 1:
-            got = ", ".join(str(one) for one in sorted(found)) or "no parts"
-            raise ConfigError(f"{self._source}: expected parts of one number of rows, got {got}")
-        if (horizon := found.pop()) > most:
-            raise ConfigError(expected(self._source, f"at most {most} rows", horizon))
-        return horizon
 
     def _check_held(self) -> None:
         if self._beating is None:

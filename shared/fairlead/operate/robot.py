@@ -187,7 +187,7 @@ class Robot(Services):
         Raises:
             ConfigError: the robot has no such part, or the source is no name of one's own.
         """
-        self._check_claim(parts, source)
+        self._check_claim(parts, source, task)
         protocol = self.manifest.profile(self.deployment.profile).protocol
         request = Claim(
             source=source,
@@ -206,12 +206,14 @@ class Robot(Services):
         self._claims.add(claim)
         return claim
 
-    def _check_claim(self, parts: Sequence[str], source: str) -> None:
-        valid = self.manifest.part_names
-        for part in parts or ["none"]:
-            if part not in valid:
-                who = f"robot {self.manifest.id}"
-                raise ConfigError(expected(who, "a part to claim", repr(part), valid))
+    def _check_claim(self, parts: Sequence[str], source: str, task: str) -> None:
+        valid, who = self.manifest.part_names, f"robot {self.manifest.id}"
+        if isinstance(parts, str) or not isinstance(parts, Sequence) or not parts:
+            raise ConfigError(expected(who, "a list of parts", repr(parts)[:80], valid))
+        for part in (part for part in parts if part not in valid):
+            raise ConfigError(expected(who, "a part to claim", repr(part)[:80], valid))
+        if not isinstance(task, str) or not task.isprintable():
+            raise ConfigError(expected(f"claim of {source}", "a task in words", repr(task)[:80]))
         check_name("source", source)
         if source in self.deployment.services:
             who = f"deployment {self.deployment.id}"

@@ -17,6 +17,7 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError, ServiceError, expected
 from fairlead.messages import FloatArray
 from fairlead.operate.client import RobotClient
+from fairlead.operate.rows import check_offered, offered_modes
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.arming import YesOption, armed
 from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c
@@ -73,6 +74,11 @@ class Hand:
             at=at,
             paced=not isinstance(device, Target),
         )
+
+
+def require_offered(robot: RobotManifest, drive: Drive, client: RobotClient) -> None:
+    """Raises `ConfigError` before anything is armed: a HAL stops at a mode that it cannot do."""
+    check_offered(drive.part, drive.mode, offered_modes(robot, client.hal_status())[drive.part])
 
 
 def shown(drive: Drive, line: ProgressLine) -> Callable[[State], None]:
@@ -206,12 +212,10 @@ def _or_there(rests: FloatArray, at: FloatArray) -> FloatArray:
 def _hand(
     deployment: Deployment, robot: RobotManifest, drive: Drive, yes: bool, by: str
 ) -> Iterator[Hand]:
-    with (
-        ends_like_ctrl_c(),
-        RobotClient(deployment, by=by) as client,
-        armed(client, confirmed=yes),
-    ):
-        yield Hand(client, robot, drive, by)
+    with ends_like_ctrl_c(), RobotClient(deployment, by=by) as client:
+        require_offered(robot, drive, client)
+        with armed(client, confirmed=yes):
+            yield Hand(client, robot, drive, by)
 
 
 def _go(

@@ -14,7 +14,7 @@ from fairlead.operate.runner_choice import choose_runner
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.cli.arming import YesOption, armed
 from fairlead_tools.cli.console import ProgressLine, ends_like_ctrl_c
-from fairlead_tools.cli.jog import Hand, PartOption, SpeedOption, shown
+from fairlead_tools.cli.jog import Hand, PartOption, SpeedOption, require_offered, shown
 from fairlead_tools.cli.options import DeploymentOption, choose_deployment, example
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.teleop.device import InputDevice
@@ -77,11 +77,11 @@ def teleop_command(
         ends_like_ctrl_c(),
         ProgressLine() as line,
         RobotClient(chosen, by="fairlead teleop") as client,
-        armed(client, confirmed=yes),
-        opened,
     ):
-        line.say(opened.help)
-        _take_turns(Hand(client, robot, drive), opened, wish, line)
+        require_offered(robot, drive, client)
+        with armed(client, confirmed=yes), opened:
+            line.say(opened.help)
+            _take_turns(Hand(client, robot, drive), opened, wish, line)
 
 
 def _device(name: str, drive: Drive, speed: float) -> Keyboard | Gamepad:

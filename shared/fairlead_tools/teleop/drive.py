@@ -25,6 +25,8 @@ TOOL_M_S, TOOL_RAD_S = 0.25, 0.5
 """A tool led by hand is no faster: 250 mm/s is the reduced speed of ISO 10218-1."""
 FOLLOWS = 0.9
 """Of the measuring tolerance, how far a target may be ahead of a joint beyond one step (G021)."""
+NEARLY = 1.0 - 1e-9
+"""Of that step: the sum of a position and a step is rounded."""
 RAMP_S = 0.15
 """From rest to full speed, and back."""
 XYZ, TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
@@ -152,7 +154,7 @@ def _joints(
         change=np.minimum(_ramp(full, period_s), SHARE * np.array(tightest) * period_s**2),
         lower=np.array([one.lower if one.has_bounds else -math.inf for one in joints]),
         upper=np.array([one.upper if one.has_bounds else math.inf for one in joints]),
-        lead=np.array(block.step_limits) + FOLLOWS * np.array(tolerance),
+        lead=NEARLY * np.array(block.step_limits) + FOLLOWS * np.array(tolerance),
     )
 
 

@@ -257,6 +257,7 @@ TEST_CASE("G034 a base is beside its way by as much as a held tick may have turn
 
 TEST_CASE("G034 it is so wherever the base is, and whichever way it drives") {
   const double here = Turning(-1.5, false).room(1.0, 16);
+  MESSAGE(here);
   Turning away(-1.5, false);
   away.state.positions[base_x] = 2.0;
   away.state.positions[base_y] = -3.0;

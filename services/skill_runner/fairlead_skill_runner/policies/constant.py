@@ -1,8 +1,8 @@
-"""A policy that always says the same: for first motions and for fault tests."""
+"""A policy that says what its file says: for first motions and for fault tests."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Self
 
 import numpy as np
@@ -10,24 +10,47 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
-from fairlead.policy import Actions, Observation
+from fairlead.policy import Actions, Done, Observation
 from fairlead.skill.manifest import SkillManifest
 
+_WHO = "constant policy"
 
-class ConstantOptions(BaseModel):
-    """row: one number per action dimension. horizon: rows per call; None: the skill's."""
+
+class Phase(BaseModel):
+    """row: one number per action dimension, said for so many ticks."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     row: tuple[float, ...]
+    ticks: int = Field(ge=1)
+
+
+class ConstantOptions(BaseModel):
+    """row: one number per action dimension, said without end; or phases, one after the other.
+
+    horizon: rows per call; None: the skill's.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    row: tuple[float, ...] | None = None
+    phases: tuple[Phase, ...] = ()
     horizon: int | None = Field(default=None, ge=1)
 
 
 class ConstantPolicy:
-    """Repeats one row."""
+    """Repeats one row; or goes through phases, and is done after the last, whose row stays.
 
-    def __init__(self, row: tuple[float, ...], horizon: int) -> None:
-        self._actions: Actions = np.tile(np.asarray(row, dtype=np.float32), (horizon, 1))
+    Args:
+        ticks: where each phase ends, counted from the first observation; (): none does.
+    """
+
+    def __init__(
+        self, rows: Sequence[Sequence[float]], horizon: int, ticks: Sequence[int] = ()
+    ) -> None:
+        self._rows = np.asarray(rows, dtype=np.float32)
+        self._ends, self._horizon = np.asarray(ticks, dtype=np.int64), horizon
+        self._first_tick: int | None = None
 
     @classmethod
     def check_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
@@ -36,16 +59,30 @@ class ConstantPolicy:
 
     @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
-        """Raises `ConfigError` where the row is not as wide as the skill's actions."""
-        checked = checked_model("constant policy", ConstantOptions, options)
+        """Raises `ConfigError` where a row is not as wide as the skill's actions."""
+        checked = checked_model(_WHO, ConstantOptions, options)
+        if (checked.row is None) == (not checked.phases):
+            got = "both" if checked.phases else "neither"
+            raise ConfigError(expected(_WHO, "row or phases", got))
+        rows = [checked.row] if checked.row is not None else [one.row for one in checked.phases]
         dim = skill.action_contract.dim
-        if len(checked.row) != dim:
-            raise ConfigError(expected("constant policy", f"a row of {dim}", len(checked.row)))
-        return cls(checked.row, checked.horizon or skill.horizon)
+        for row in rows:
+            if len(row) != dim:
+                raise ConfigError(expected(_WHO, f"a row of {dim}", len(row)))
+        ends = np.cumsum([one.ticks for one in checked.phases], dtype=np.int64)
+        return cls(rows, checked.horizon or skill.horizon, ends.tolist())
 
-    def infer(self, observation: Observation) -> Actions:
-        """The same rows for every observation."""
-        return self._actions.copy()
+    def infer(self, observation: Observation) -> Actions | Done:
+        """Rows from that of this observation's tick on."""
+        if self._first_tick is None:
+            self._first_tick = observation.tick
+        at = observation.tick - self._first_tick
+        if self._ends.size and at >= self._ends[-1]:
+            return Done("every phase is over")
+        ticks = at + observation.periods * np.arange(self._horizon)
+        phase = np.minimum(np.searchsorted(self._ends, ticks, "right"), len(self._rows) - 1)
+        return np.array(self._rows[phase])
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """The next observation is where the first phase begins."""
+        self._first_tick = None
