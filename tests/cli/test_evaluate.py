@@ -191,7 +191,7 @@ def test_nothing_is_run_while_the_gate_is_stopped(robot: ScratchRobot, tmp_path:
     assert done.returncode == 1
     document = json.loads(done.stdout)
     assert document["episodes"] == []
-    assert "no new episode while the gate is stopped" in document["error"]
+    assert "fairlead eval refused: the gate is stopped" in document["error"]
 
 
 class Eval:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+
+from msgspec import structs
 
 from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
 from fairlead.operate.goal_hearing import Progress
-from fairlead_tools.cli.run import goal_hints
+from fairlead_tools.cli.run_output import goal_hints
 from fairlead_tools.cli.status import full_disk, gate_lines
 
 
@@ -41,6 +44,12 @@ def test_a_run_that_did_not_succeed_names_the_next_command() -> None:
     assert goal_hints(ended("deadline", released=9, refused=3), gate, "arm_runner") == [
         "3 of 12 chunks were refused; see why: fairlead why"
     ]
+    told = ended("stalled", released=9, refused=2)
+    assert told.result is not None
+    result = structs.replace(told.result, detail="no released row for 30 s; 3 of 13 chunks refused")
+    assert goal_hints(replace(told, result=result), gate, "arm_runner") == [
+        "see why chunks were refused: fairlead why"
+    ], "the runner has counted those whose verdicts have not been heard here"
     assert goal_hints(ended("policy_error"), gate, "arm_runner") == [
         "what the policy printed, tracebacks too: fairlead logs arm_runner"
     ]

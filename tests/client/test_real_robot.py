@@ -262,6 +262,8 @@ async def test_the_programs_of_the_document_run(running: ScratchRobot, robot: Ro
     await robot.disarm()
     await asyncio.to_thread(exec, blocking.replace("0 0.3 0", "0 0.05 0"), names)
     assert names["result"].outcome == "succeeded"  # type: ignore[attr-defined]
+    assert (await robot.gate_status()).state == GateState.DISARMED
+    await robot.arm()
     body = "\n".join(f"    {line}" for line in claim.splitlines())
     names = {"robot": robot, "ControlMode": ControlMode}
     exec(f"async def program():\n{body}\n    return verdict\n", names)  # noqa: S102

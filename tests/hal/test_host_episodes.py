@@ -98,7 +98,7 @@ def beside(first: HalProcess) -> dict[str, Any]:
 
 def test_a_second_hal_that_can_see_the_first_names_it(realtime: HalProcess) -> None:
     said = second_hal(realtime, beside(realtime), realtime.folder / "b")
-    assert f"robot {realtime.keys.robot} already has a HAL (process {realtime.process.pid}," in said
+    assert f"robot {realtime.keys.robot} already has a HAL (process {realtime.process.pid} " in said
 
 
 def test_a_second_hal_in_the_same_state_folder_is_refused(realtime: HalProcess) -> None:

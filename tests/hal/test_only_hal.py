@@ -18,19 +18,23 @@ import yaml
 
 from bench.equipment.live_robot import wait_for
 from fairlead.deploy.credentials import forget_secrets
+from fairlead.deploy.process_table import process_id
+from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead.errors import ConfigError
 from fairlead.hal import one_hal
 from fairlead.hal.one_hal import hold_robot, refuse_second_hal
 from fairlead.keys import Keys
+from fairlead.paths import user_state_dir
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.memory_bus import MemoryBus
 from fairlead.wire.session import ZenohBus
 from fairlead_tools.supervisor.this_host import free_ports
 
 KEYS = Keys(f"tested{os.getpid()}")
-REFUSED = (
-    f"hal: robot {KEYS.robot} already has a HAL ({{}}, which may still start or be paused); "
-    "see: fairlead ps, then: fairlead down"
+REFUSED = f"hal: robot {KEYS.robot} already has a HAL ({{}}, which may still start or be paused); "
+UNLISTED = REFUSED.format(f"process {{}} of this user (uid {os.getuid()})") + (
+    f"fairlead ps does not list it, for its state folder is not {user_state_dir()}: end it where "
+    "it was started"
 )
 BUSY_HAL = """
 import threading
@@ -112,7 +116,7 @@ def test_a_paused_hal_that_no_link_can_reach_is_named_to_a_second_on_its_host(
         first.process.send_signal(signal.SIGSTOP)
         hals.append(BusyHal(tmp_path / "second", {"hal": ports[1]}))
         wait_for(lambda: hals[1].has_decided, "the second has decided", 60.0)
-        assert REFUSED.format(f"process {first.process.pid}") in hals[1].said
+        assert UNLISTED.format(first.process.pid) in hals[1].said
         first.process.kill()
         hals.append(BusyHal(tmp_path / "third", {"hal": ports[1]}))
         wait_for(lambda: hals[2].has_decided, "the third has decided", 60.0)
@@ -134,7 +138,7 @@ def test_of_hals_that_look_at_the_same_moment_one_goes_on() -> None:
         try:
             refuse_second_hal("hal", bus, KEYS, session)
         except ConfigError as error:
-            assert str(error) == REFUSED.format(f"session {3 - session:016x}")
+            assert str(error).startswith(REFUSED.format(f"session {3 - session:016x}"))
         else:
             went_on.append(session)
 
@@ -157,7 +161,7 @@ def test_a_hal_that_stays_is_named_whoever_comes_first(
     bus.declare_token(KEYS.hal_session(other))
     with pytest.raises(ConfigError) as caught:
         refuse_second_hal("hal", bus, KEYS, 5)
-    assert str(caught.value) == REFUSED.format(f"session {other:016x}")
+    assert str(caught.value).startswith(REFUSED.format(f"session {other:016x}"))
     seen: list[str] = []
     bus.watch_tokens(KEYS.every_hal_session, lambda key, _: seen.append(key))
     assert seen == [KEYS.hal_session(other)]
@@ -181,6 +185,7 @@ import sys
 from pathlib import Path
 from fairlead.hal.one_hal import hold_robot
 from fairlead.keys import Keys
+from fairlead.paths import user_state_dir
 with hold_robot("hal", Keys(sys.argv[1]), Path(sys.argv[2])):
     print("holds", flush=True)
     sys.stdin.read()
@@ -235,7 +240,7 @@ def test_where_another_user_has_the_name_one_hal_goes_on_in_a_folder_of_sockets_
         with saying(b"holds", HOLDS, KEYS.robot, str(own)) as first:
             with pytest.raises(ConfigError) as caught:
                 hold_robot("hal", KEYS, own)
-            assert str(caught.value) == REFUSED.format(f"process {first.pid}")
+            assert str(caught.value).startswith(UNLISTED.format(first.pid))
         hold_robot("hal", KEYS, own).close()
 
 
@@ -260,7 +265,7 @@ def test_of_two_folders_and_of_one_of_them_and_none_one_goes_on(tmp_path: Path) 
         for folder in (None, sockets_of(tmp_path / "others")):
             with pytest.raises(ConfigError) as caught:
                 hold_robot("hal", KEYS, folder)
-            assert str(caught.value) == REFUSED.format(f"process {first.pid}")
+            assert str(caught.value).startswith(UNLISTED.format(first.pid))
 
 
 @pytest.mark.processes
@@ -278,4 +283,18 @@ def test_a_hal_of_which_nothing_can_be_found_out_counts_as_one(tmp_path: Path) -
                 asking.setblocking(False)
                 asking.connect(f"\0fairlead-hal/{who}")
         hold_robot("hal", KEYS, sockets_of(tmp_path / "others")).close()
-    assert str(caught.value) == REFUSED.format("process unknown")
+    assert str(caught.value).startswith(REFUSED.format("process unknown"))
+
+
+@pytest.mark.processes
+def test_of_a_hal_that_fairlead_ps_lists_its_command_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_STATE", str(tmp_path / "state"))
+    with saying(b"holds", HOLDS, KEYS.robot, str(sockets_of(tmp_path / "own"))) as first:
+        services = {"hal": ServiceEntry(process_id(first.pid), ready=True, restarts=0)}
+        Registry().write(Running(KEYS.robot, "robot.yaml", str(tmp_path), None, services))
+        with pytest.raises(ConfigError) as caught:
+            hold_robot("hal", KEYS, sockets_of(tmp_path / "others"))
+    advice = "see: fairlead ps, then: fairlead down"
+    assert str(caught.value) == REFUSED.format(f"process {first.pid}") + advice

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from fairlead.errors import RefusedError
-from fairlead.messages import Done, Load, StopLevel, decode
+from fairlead.messages import BEING_LOADED, Done, Load, StopLevel, decode
 from fairlead.wire.bus import Qos
 from tests.runner.asked_policies import PI05
 from tests.runner.policy_servers import OpenpiServer
@@ -61,20 +61,33 @@ def load(world: ScriptedWorld, skill: str) -> str:
     return decode(Done, world.bus.query(world.keys.load("runner"), request, 10.0)).text
 
 
+def wait_loaded(world: ScriptedWorld, skill: str) -> str:
+    """What is said once it no longer loads."""
+    return world.wait_for(
+        lambda: None if (said := load(world, skill)).endswith(BEING_LOADED) else said
+    )
+
+
 def test_a_policy_is_loaded_while_a_goal_of_another_one_runs(
     make_world: Callable[..., ScriptedWorld],
 ) -> None:
-    server = OpenpiServer(lambda request, number: None)
+    def late(request: object, number: int) -> None:
+        server.go_on.wait()
+
+    server = OpenpiServer(late)
     world = with_another_skill(make_world(), server.address)
     try:
         world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
         goal = world.start_goal()
         assert load(world, PI05) == f"skill {PI05} is being loaded"
         world.wait_for(lambda: True if server.requests else None)
+        server.go_on.set()
+        with pytest.raises(RefusedError, match=f"skill {PI05} is not loaded: policy worker: load"):
+            wait_loaded(world, PI05)
         assert load(world, SKILL.id) == f"skill {SKILL.id}: its policy answers the goal that runs"
         world.cancel(goal)
         world.result(goal)
-        assert load(world, SKILL.id) == f"skill {SKILL.id} is being loaded"
+        assert wait_loaded(world, SKILL.id) == f"skill {SKILL.id} is loaded"
         with pytest.raises(RefusedError, match="expected a skill on offer, got 'nothing'"):
             load(world, "nothing")
     finally:
@@ -101,7 +114,8 @@ def test_a_policy_that_could_not_be_loaded_is_said_and_the_runner_goes_on(
 ) -> None:
     world = with_another_skill(make_world(), "ws://127.0.0.1:9")  # nobody is there
     world.start_runner({"backend": "constant", "options": {"row": [0.5] * 12}})
-    load(world, PI05)
+    with pytest.raises(RefusedError, match=f"skill {PI05} is not loaded: policy worker: loading"):
+        wait_loaded(world, PI05)
     log = tmp_path / "runner.log"
     said = f"skill {PI05} is not loaded: policy worker: loading failed"
     world.wait_for(lambda: True if said in log.read_text() else None)

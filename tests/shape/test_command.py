@@ -38,7 +38,7 @@ def test_it_writes_the_file_and_the_picture_and_the_file_is_current(
     assert fairlead("robot", "compile", NAME, state=tmp_path).returncode == 0
 
 
-def test_check_says_what_is_wrong_and_writes_nothing(
+def test_check_says_what_is_wrong_draws_it_and_leaves_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = own_robot(tmp_path, monkeypatch)
@@ -49,8 +49,11 @@ def test_check_says_what_is_wrong_and_writes_nothing(
     text = text.replace("[panda_link0, panda_link1]", "[panda_link0, panda_link2]")
     path.write_text(text)
     wrong = path.read_text()
-    done = fairlead("robot", "capsules", NAME, "--check", state=tmp_path)
+    picture = tmp_path / "mine.png"
+    words = ("robot", "capsules", NAME, "--check", "--picture", str(picture))
+    done = fairlead(*words, state=tmp_path)
     assert done.returncode == 1
+    assert f"wrote {picture}\n" in done.stdout and picture.stat().st_size > 0
     assert "ERROR mine: panda_link5 reaches 0.0050 m out of its capsules" in done.stderr
     assert "ERROR mine: pair [0, 2] should be checked" in done.stderr
     assert "ERROR mine: pair [0, 1] should not be checked" in done.stderr

@@ -231,7 +231,7 @@ def test_a_joint_is_jogged_and_the_robot_goes_home(running: ScratchRobot, tmp_pa
     np.testing.assert_allclose(joints(running)[2] - start[2], -np.pi / 18, atol=2e-3)
     before = tool(running)
     code, said = do("jog", "z", "30mm")
-    assert code == 0 and re.search(r"^z moved 0\.0[23]\d+ m$", said), said
+    assert code == 0 and re.search(r"^z moved 0\.0[23]\d+ m of 0\.0300 m: ", said), said
     np.testing.assert_allclose(tool(running) - before, [0, 0, 0.03], atol=4e-3)
 
     code, said = do("jog", "z", "-9")

@@ -26,7 +26,8 @@ def test_a_tool_arrives_and_no_tick_gets_a_row_that_was_meant_for_silence(tmp_pa
         words = ("jog", "z", "-50mm", "--deployment", str(scratch.file))
         done = fairlead(*words, state=tmp_path / "registry")
         assert done.returncode == 0, done.stderr
-        assert re.search(r"^z moved -0\.0(4[89]|5[012])\d+ m$", done.stdout, re.M), done.stdout
+        moved = r"^z moved -0\.0(4[89]|5[012])\d+ m of -0\.0500 m: cartesian_delta comes within 0\."
+        assert re.search(moved, done.stdout, re.M), done.stdout
         newest, rows = robot.client.gate_status().state_tick, []
         while (state := states.next(5.0)) is not None and state.tick < newest:
             rows += [one.row for one in state.acted if one.hold == Hold.NONE]

@@ -10,6 +10,7 @@ from pathlib import Path
 from fairlead.errors import ConfigError, FairleadError, RefusedError
 from fairlead.jpeg import decoded
 from fairlead.messages import (
+    BEING_LOADED,
     NO_HASH,
     ActionChunk,
     Cancel,
@@ -46,6 +47,7 @@ FEEDBACK_S = 0.5
 _CHANGE_CHECK_S = 0.05
 _ANSWER_S = 2.5  # < ANSWER_TIMEOUT_S of the client
 _GOAL_ANSWER_S = 9.0  # < GOAL_TIMEOUT_S of the client, which ends a goal it no longer wants
+_LOAD_ANSWER_S = 1.0  # until then whoever asked for it is told how loading ended
 
 
 class SkillRunner:
@@ -70,6 +72,7 @@ class SkillRunner:
         self._hal: HalStatus | None = None
         self._goal: GoalRun | None = None
         self._goal_task: asyncio.Task[None] | None = None
+        self._loads: dict[str, asyncio.Task[str]] = {}
         self._published: tuple[int, str, str, GoalResult | None] | None = None
         self._quiet_s = 0.0
         self._accepting = asyncio.Lock()
@@ -199,7 +202,10 @@ class SkillRunner:
         self._publish_change(goal)
 
     async def _on_load(self, payload: bytes) -> Done:
-        """Load a policy, also while a goal of another one runs: so its own goal begins at once."""
+        """Load a policy, also while a goal of another one runs: so its own goal begins at once.
+
+        Answers once it is loaded, or while it still loads: to be asked again.
+        """
         request = decode(Load, payload)
         async with self._accepting:
             admission = await asyncio.to_thread(self._skills.find, request.skill)
@@ -210,16 +216,29 @@ class SkillRunner:
                 return Done(text=f"skill {skill.id}: its policy answers the goal that runs")
             worker = await self._skills.worker(skill)
             self._hear(skill)
-        self._tasks.create_task(self._load_ahead(skill.id, worker), name="load")
-        return Done(text=f"skill {skill.id} is being loaded")
+        loading = self._loads.get(skill.id)
+        if loading is None or loading.done():
+            loading = self._tasks.create_task(self._load_ahead(skill.id, worker), name="load")
+            self._loads[skill.id] = loading
+        await asyncio.wait({loading}, timeout=_LOAD_ANSWER_S)  # who gives up does not end it
+        if not loading.done():
+            return Done(text=f"skill {skill.id} {BEING_LOADED}")
+        if why := loading.result():
+            raise RefusedError(self._source, why, f"fairlead logs {self._source}")
+        return Done(text=f"skill {skill.id} is loaded")
 
-    async def _load_ahead(self, skill_id: str, worker: PolicyWorker) -> None:
+    async def _load_ahead(self, skill_id: str, worker: PolicyWorker) -> str:
+        """Why it is not loaded, if so."""
+        why = ""
         try:
             await worker.load()
         except FairleadError as error:  # its goal tries again, and ends with the reason
-            self._log.warning("skill %s is not loaded: %s", skill_id, error)
-        except Exception:  # noqa: BLE001 - a bug ends no goal
+            why = f"skill {skill_id} is not loaded: {error}"
+            self._log.warning("%s", why)
+        except Exception as error:  # noqa: BLE001 - a bug ends no goal
+            why = f"skill {skill_id} is not loaded: {error}"
             self._log.exception("skill %s is not loaded", skill_id)
+        return why
 
     def _running(self) -> GoalRun | None:
         done = self._goal_task is None or self._goal_task.done()

@@ -13,6 +13,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TextIO
 
+from fairlead.deploy.registry import Registry
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys, last_chunk
 from fairlead.wire.bus import Bus
@@ -72,7 +73,7 @@ def hold_robot(service: str, keys: Keys, folder: Path | None = None) -> ExitStac
                 other = "a process that does not listen"
             else:
                 if user == os.getuid():
-                    raise _second_hal(service, keys, f"process {process}")
+                    raise _second_hal(service, keys, f"process {process}", process)
                 other = f"process {process} of another user (uid {user})"
                 if not is_locked:
                     raise ConfigError(
@@ -93,7 +94,9 @@ def _lock(service: str, keys: Keys, path: Path, held: ExitStack) -> bool:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         file.seek(0)
-        raise _second_hal(service, keys, f"process {file.read() or 'unknown'}") from None
+        found = file.read() or "unknown"
+        process = int(found) if found.isdecimal() else None
+        raise _second_hal(service, keys, f"process {found}", process) from None
     file.truncate(0)
     file.write(str(os.getpid()))
     file.flush()
@@ -115,10 +118,22 @@ def _take_name(service: str, keys: Keys, name: str, held: ExitStack) -> bool:
     return True
 
 
-def _second_hal(service: str, keys: Keys, other: str) -> ConfigError:
+def _second_hal(service: str, keys: Keys, other: str, process: int | None = None) -> ConfigError:
+    """process: of the other HAL, which is this user's; None: it is not known."""
+    registry, another = Registry(), "give this robot another `id:` in a copy of the file"
+    listed = [one.pid for entry in registry.entries() for one in entry.leftovers]
+    if process is None:
+        fix = "see: fairlead ps, then: fairlead down; one that fairlead ps does not list is of "
+        fix += f"another user, host or state folder: end it there, or {another}"
+    elif process in listed:
+        fix = "see: fairlead ps, then: fairlead down"
+    else:
+        other += f" of this user (uid {os.getuid()})"
+        fix = f"fairlead ps does not list it, for its state folder is not {registry.root}: end it "
+        fix += f"where it was started (fairlead down with its FAIRLEAD_STATE), or {another}"
     return ConfigError(
         f"{service}: robot {keys.robot} already has a HAL ({other}, which may still start or be "
-        "paused); see: fairlead ps, then: fairlead down"
+        f"paused); {fix}"
     )
 
 

@@ -62,7 +62,15 @@ from fairlead.messages.gate import (
     Release,
     Verdict,
 )
-from fairlead.messages.goal import Cancel, Goal, GoalAccepted, GoalFeedback, GoalResult, Load
+from fairlead.messages.goal import (
+    BEING_LOADED,
+    Cancel,
+    Goal,
+    GoalAccepted,
+    GoalFeedback,
+    GoalResult,
+    Load,
+)
 from fairlead.messages.message import (
     NO_HASH,
     NO_TRACE,
@@ -108,6 +116,7 @@ from fairlead.messages.state import (
 )
 
 __all__ = [
+    "BEING_LOADED",
     "HELD",
     "MESSAGE_TYPES",
     "NO_HASH",

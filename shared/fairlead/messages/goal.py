@@ -35,8 +35,15 @@ class Cancel(Message, frozen=True, kw_only=True, tag=34):
     by: str
 
 
+BEING_LOADED = "is being loaded"
+
+
 class Load(Message, frozen=True, kw_only=True, tag=36):
-    """Query `skill/<source>/load`: load a policy before its goal. Reply: `Done`, at once."""
+    """Query `skill/<source>/load`: load a policy before its goal.
+
+    Reply: `Done`, once it is loaded; after 1 s at the latest, with a text that ends with
+    `BEING_LOADED`: ask again to wait on. `Refusal` if it cannot be loaded.
+    """
 
     version: V1 = 1
     skill: str

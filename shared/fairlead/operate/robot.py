@@ -161,14 +161,14 @@ class Robot(Services):
         return goal
 
     async def load(self, skill: str, runner: str = "") -> Done:
-        """Have a runner load a skill's policy, also while another goal runs; returns at once.
+        """Have a runner load a skill's policy, while a goal runs too; `messages.Load` has replies.
 
         Args:
             runner: a service's name; "": the only one for the skill.
 
         Raises:
             ConfigError: no runner, or none that is clear, for the skill.
-            RefusedError: the runner does not offer the skill.
+            RefusedError: the runner does not offer the skill, or cannot load its policy.
         """
         chosen = choose_runner(self.deployment, skill, runner)
         key, request = self.command(self.keys.load(chosen)), Load(skill=skill, by=self.by)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 
+from fairlead.deploy.shipped_deployments import shipped_deployments
 from fairlead.errors import ConfigError, expected
 from fairlead.frames import MAP, ODOM
 from fairlead.layout import load_layout
@@ -82,6 +83,10 @@ class Admission:
         fix = f"fairlead skill ls --robot {robot.id}"
         if hal is not None and problems == camera_problems(skill, hal.cameras, hal.period_ns):
             fix = way_to_cameras(skill, robot, hal)
+        elif hal is not None and not self.problems() and not _identity_problems(robot, hal):
+            # `fairlead skill ls` would list it as admitted: it is this HAL that has too little.
+            others = ", ".join(name for name, _ in shipped_deployments(robot.id)) or "none ships"
+            fix = f"fairlead down, then fairlead up another deployment of {robot.id}: {others}"
         listed = "\n  ".join(summarised(problems, skill, robot))
         raise ConfigError(
             f"skill {skill.id} cannot run on robot {robot.id}:\n  {listed}\n  try: {fix}"

@@ -32,6 +32,7 @@ from fairlead_tools.cli.episodes import (
     succeeded,
     with_motion,
 )
+from fairlead_tools.cli.loading import load_first
 from fairlead_tools.cli.options import (
     MAX_NUMBER,
     DeploymentOption,
@@ -144,6 +145,8 @@ def eval_command(
                 client.wait_gate_follows()
                 admission.require(client.hal_status())
                 run = EpisodeRun(client, wish, line, reset_stops, yes)
+                run.go_on()
+                load_first(client, wish, line)
                 for seed in wanted:
                     done.append(run.episode(seed, done, len(wanted)))
                     run.go_on()
@@ -229,8 +232,9 @@ def _print(
         }  # fmt: skip
         print_json(document)
         return
-    if done:
-        print_table(HEADER, [one.row for one in done])
+    if not done:
+        return
+    print_table(HEADER, [one.row for one in done])
     for picture in (one.picture for one in done if one.picture):
         echo(f"  {picture}")
     missing = f", {len(wanted) - len(done)} not run" if len(done) < len(wanted) else ""

@@ -116,8 +116,10 @@ def parse_amount(text: str, axis: str, unit: str) -> float:
         raise ConfigError(expected("jog", f"a way for {axis}, as 0.05 [{unit}]", repr(text), valid))
     amount = float(found.group(1)) * factors[found.group(2)]
     if abs(amount) > _MOST[unit]:
-        got = repr(text) if found.group(2) else f"{text!r} [{unit}]"
-        raise ConfigError(expected("jog", f"a way of at most {_MOST[unit]:.4g} {unit}", got, valid))
+        most = f"a way of at most {_MOST[unit]:.4g} {unit}"
+        if found.group(2):
+            raise ConfigError(expected("jog", most, repr(text)))
+        raise ConfigError(expected("jog", most, f"{text!r} [{unit}]", valid))
     return amount
 
 
@@ -130,7 +132,11 @@ def jog_command(
         ),
     ],
     amount: Annotated[
-        str, typer.Argument(help="how far from where it is: 0.05, 50mm, -0.2rad, 10deg")
+        str,
+        typer.Argument(
+            help="how far from where it is: 0.05, 50mm, -0.2rad, 10deg; a tool comes within 2 mm "
+            "or 5 mrad of it, a base within 20 mm or 20 mrad"
+        ),
     ],
     part: PartOption = "",
     speed: SpeedOption = 0.3,
@@ -143,7 +149,7 @@ def jog_command(
     """
     chosen = choose_deployment(deployment)
     robot = load_robot(chosen.robot)
-    drive = make_drive(robot, chosen.profile, part, axis=axis)
+    drive = _drive_along(axis, robot, chosen.profile, part)
     index = drive.index(axis)
     unit = drive.units[index]
     step = np.zeros(len(drive.names))
@@ -156,8 +162,23 @@ def jog_command(
         raise ConfigError(expected(f"jog {axis}", "less than half a turn of a tool", repr(amount)))
     with _hand(chosen, robot, drive, yes, "fairlead jog") as hand:
         first, last = _go(hand, lambda at: at + step, speed, index)
-    came = (last - first)[index]
-    echo(f"{axis} moved {came:.4f} {unit}")
+    came = f"{axis} moved {(last - first)[index]:.4f} {unit}"
+    if not drive.is_position:
+        came += f" of {step[index]:.4f} {unit}: {drive.mode.yaml_name} comes within {near:g} {unit}"
+    echo(came)
+
+
+def _drive_along(axis: str, robot: RobotManifest, profile: str, part: str) -> Drive:
+    """As `make_drive`; of what another part has, or is, it says how to drive that one."""
+    try:
+        return make_drive(robot, profile, part, axis=axis)
+    except ConfigError as error:
+        owners = [one.name for one in robot.parts if axis in (one.name, *one.joints)]
+        if not owners or owners[0] == part:
+            raise
+        axes = ", ".join(make_drive(robot, profile, owners[0]).names)
+        whose = f"{axis} is of part {owners[0]}, which moves along {axes}: --part {owners[0]}"
+        raise ConfigError(f"{error}; {whose}") from None
 
 
 @example("fairlead home")

@@ -15,6 +15,7 @@ from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead_tools.cli.console import ProgressLine, echo, print_json, print_table
 from fairlead_tools.cli.options import JsonOption, RobotArgument, example
 from fairlead_tools.record.picture_file import require_picture
+from fairlead_tools.shape import SAMPLES
 from fairlead_tools.writable import require_writable
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def capsules_command(
     ] = 3,
     samples: Annotated[
         int, typer.Option(min=LEAST_SAMPLES, help="random poses to look for pairs in")
-    ] = 20_000,
+    ] = SAMPLES,
     drop_margin_m: Annotated[
         float | None,
         typer.Option(
@@ -48,7 +49,8 @@ def capsules_command(
         ),
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(help="draw links and capsules at rest into this PNG file")
+        Path | None, typer.Option(help="draw links and capsules at rest into this PNG file; "
+                     "with --check those of capsules.yaml, which stays as it is")
     ] = None,
     check: Annotated[
         bool,
@@ -87,6 +89,8 @@ def capsules_command(
         _print(capsules, pairs, at_rest, shape.source.agreement)
     if picture is not None:
         _draw(shape, capsules, pairs, picture)
+        if not as_json:
+            echo(f"wrote {picture}")
     if check:
         _check(shape, capsules, pairs, quiet=as_json)
     else:

@@ -12,7 +12,7 @@ import typer
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.errors import ConfigError, RefusedError, expected
-from fairlead.messages import GateState, GateStatus, GoalResult, HalStatus
+from fairlead.messages import HalStatus
 from fairlead.operate.chain import MOST_GOALS, Chain, ChainGoal, ChainRun, read_chain
 from fairlead.operate.client import RobotClient, load_meanwhile
 from fairlead.operate.connection import choose_file
@@ -26,6 +26,7 @@ from fairlead.skill.manifest import load_skill
 from fairlead_tools.cli.arming import YesOption, armed
 from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json
 from fairlead_tools.cli.episodes import new_episode
+from fairlead_tools.cli.loading import load_first
 from fairlead_tools.cli.options import (
     MAX_NUMBER,
     DeploymentOption,
@@ -34,9 +35,9 @@ from fairlead_tools.cli.options import (
     complete_skill,
     example,
 )
+from fairlead_tools.cli.run_output import goal_hints, print_result
 from fairlead_tools.cli.running_deployments import wait_seen, wait_started
 from fairlead_tools.cli.skill import installed_skill
-from fairlead_tools.cli.status import state_and_cause
 
 DEADLINE_TICKS = 1200
 """Of a goal that a person runs, unless they say another."""
@@ -117,6 +118,8 @@ def run_command(
             new_episode(client, seed)
         told: list[dict[str, Any]] = []
         try:
+            with ProgressLine(as_json) as line:
+                load_first(client, wishes[chain.goals[0].name], line)
             with armed(client, confirmed=yes):
                 progress, runner = _run_all(client, run, wishes, told if as_json else None)
         finally:  # after Ctrl-C, too
@@ -239,34 +242,13 @@ def _run(
     finally:
         progress = goal.progress
         if progress.result is not None and told is None:
-            _print_result(wish.skill, progress.result)
+            print_result(wish.skill, progress.result)
         elif progress.result is not None and told is not None:
             ended = {"result": msgspec.structs.asdict(progress.result)}
             told.append(dataclasses.asdict(progress) | ended)
         elif goal.stopped:
             echo(goal.stopped, err=True)
     return progress
-
-
-def _print_result(skill: str, result: GoalResult) -> None:
-    ticks = result.last_tick - result.first_tick + 1
-    when = f"after {ticks} ticks" if result.first_tick else "before its first tick"
-    by_policy = result.detail if result.decided_by == "policy" else ""
-    why = f": {result.kind}: {result.detail}" if result.kind else by_policy and f": {by_policy}"
-    echo(f"{skill} {result.outcome} {when} (decided by the {result.decided_by}){why}")
-
-
-def goal_hints(progress: Progress, gate: GateStatus, runner: str) -> list[str]:
-    """Lines for a person, each naming a command."""
-    hints = []
-    if gate.state in (GateState.STOPPED, GateState.LATCHED):
-        hints.append(f"the gate is {state_and_cause(gate)}\n  try: {gate.fix}")
-    refused, judged = progress.verdicts.get("refused", 0), sum(progress.verdicts.values())
-    if refused:
-        hints.append(f"{refused} of {judged} chunks were refused; see why: fairlead why")
-    if progress.result is not None and progress.result.kind == "policy_error":
-        hints.append(f"what the policy printed, tracebacks too: fairlead logs {runner}")
-    return hints
 
 
 @example("fairlead cancel runner")

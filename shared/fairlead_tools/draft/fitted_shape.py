@@ -14,11 +14,11 @@ from fairlead.robot.capsules import Capsule
 from fairlead.robot.link_poses import link_poses, random_positions
 from fairlead_tools.draft.robot_document import DraftRobot
 from fairlead_tools.draft.source_model import WHO
+from fairlead_tools.shape import SAMPLES
 from fairlead_tools.shape.capsule_pairs import CROWDED, CapsulePair, PairRule
 from fairlead_tools.shape.file_text import file_text
 from fairlead_tools.shape.robot_shape import RobotShape
 
-SAMPLES = 10_000
 _PER_LINK = (3, 2, 1, 6)  # what the gate has no room for is left out
 _HOMES = 2_000
 _ROOM = 1.5  # of the clearance, at home

@@ -23,13 +23,14 @@ from fairlead.robot.tool_reach import Reach
 from fairlead_hal_mujoco import model_problems
 from fairlead_tools.draft.derived_urdf import derived_urdf
 from fairlead_tools.draft.file_text import robot_text
-from fairlead_tools.draft.fitted_shape import SAMPLES, fitted_shape, inside
+from fairlead_tools.draft.fitted_shape import fitted_shape, inside
 from fairlead_tools.draft.joints import draft_joints, same_joints
 from fairlead_tools.draft.model_frames import with_frames
 from fairlead_tools.draft.parts import draft_parts, with_openings
 from fairlead_tools.draft.robot_document import DraftRobot
 from fairlead_tools.draft.source_model import WHO, SourceModel, load_source
 from fairlead_tools.draft.urdf_file import MESHES, copied_urdf, read_urdf
+from fairlead_tools.shape import SAMPLES
 from fairlead_tools.shape.geometry import drawn_links, geometry_source
 from fairlead_tools.shape.robot_shape import RobotShape
 
