@@ -128,7 +128,8 @@ TEST_CASE("a pair is looked at that is clear by what anything goes, but not if i
     ShapeCheck check(model, turning);
     check.deviate_by(going(off, 0.0));
     Clearance found;
-    CHECK(check.check(poses, poses, DisplacementBound(model, Joints{}, going(0.1, 0.0)), found).ok());
+    CHECK(
+        check.check(poses, poses, DisplacementBound(model, Joints{}, going(0.1, 0.0)), found).ok());
     return found.near_count;
   };
   CHECK(near_count(0.0) == 0);
