@@ -49,6 +49,7 @@ from fairlead.messages import (
     Verdict,
     decode,
 )
+from fairlead.regular_file import regular
 
 _FIRST_LINE = b"fairlead-decisions-2\n"
 
@@ -188,7 +189,7 @@ def read_run(path: Path) -> Run:
         ConfigError: it cannot be read, or is no decision log of this layout.
     """
     try:
-        data = path.read_bytes()
+        data = regular(path).read_bytes()
     except OSError as error:
         raise ConfigError(f"decision log {path}: {error.strerror}") from None
     if not data.startswith(_FIRST_LINE):

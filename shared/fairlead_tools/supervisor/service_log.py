@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import IO
 
 from fairlead.line_writer import set_aside
+from fairlead.regular_file import regular
 
 MOST_BYTES = 32 << 20
 """That a file may have, and the one before it too."""
@@ -75,7 +76,7 @@ class LogReader:
         lines = self.more()
         older = self._path.with_name(f"{self._path.name}.1")
         if len(lines) < count and older.exists():
-            with older.open("rb") as file:
+            with regular(older).open("rb") as file:
                 _go_back(file, count)
                 lines = [*_lines(file.read().removesuffix(b"\n").split(b"\n")), *lines]
         return lines[-count:]
@@ -103,7 +104,7 @@ class LogReader:
 
     def _open(self) -> bool:
         try:
-            self._file = self._path.open("rb")
+            self._file = regular(self._path).open("rb")
         except FileNotFoundError:
             return False
         return True
