@@ -98,7 +98,7 @@ class Child:
             self._process.send_signal(signal.SIGCONT)
 
     async def kill_group(self) -> list[int]:
-        """SIGKILL to the process and everything it started that is still there.
+        """SIGKILL to the process and what it started that is still there, in its group.
 
         Returns:
             Process ids of what lives on after 2 s: stuck in the kernel, or another user's.
