@@ -15,7 +15,6 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, model_validator
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, PolicyError, expected
 from fairlead.policy import Observation
-from fairlead.regular_file import regular
 from fairlead.skill.manifest import SkillManifest
 
 
@@ -68,7 +67,7 @@ class RemoteOptions(BaseModel):
             key = os.environ.get(self.api_key_env, "")
         elif self.api_key_file is not None:
             try:
-                key = regular(Path(self.api_key_file).expanduser()).read_text("utf-8").strip()
+                key = Path(self.api_key_file).expanduser().read_text(encoding="utf-8").strip()
             except (OSError, ValueError) as error:
                 raise PolicyError(f"{who}: api_key_file: cannot be read: {error}") from None
         else:
