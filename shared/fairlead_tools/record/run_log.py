@@ -226,8 +226,7 @@ class _Frames:
         head = data[at : at + 5]
         if len(head) == 5 and head[0] ^ head[1] ^ head[2] ^ head[3] ^ 0xA5 != head[4]:
             self.damage = self.damage or f"damaged in the record at byte {at}"
-        length = int.from_bytes(data[at + 1 : at + 4], "little")
-        end = at + 5 + length
+        end = at + 5 + int.from_bytes(data[at + 1 : at + 4], "little")
         if at >= len(data) or self.damage:
             raise StopIteration
         if end + 4 > len(data):  # the gate still writes, or was killed
