@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from fairlead.checked_model import Locate, Place, checked_model
 from fairlead.errors import ConfigError
+from fairlead.regular_file import regular
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -121,7 +122,7 @@ def _where(path: Path, node: yaml.Node | None, place: Place) -> str:
 def _read(path: Path) -> tuple[object, yaml.Node | None]:
     """What the file says, and the nodes it was made of, which know their lines."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = regular(path).read_text(encoding="utf-8")
         _check_depth(path, text)
         loader = _PlainLoader(text)
         root = loader.get_single_node()

@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import IO, Any, Self
 
 import numpy as np
 
@@ -215,13 +215,30 @@ class StartsAnother(Misbehaving):
     def __init__(self, skill: SkillManifest) -> None:
         super().__init__(skill)
         with Path(os.environ["CHILD_WRITES"]).open("w") as fifo:
-            subprocess.Popen(["/bin/sh", "-c", "echo; exec sleep 60"], stdout=fifo)
+            self.starts(["/bin/sh", "-c", "echo; exec sleep 60"], fifo)
+
+    def starts(self, command: list[str], out: IO[str]) -> None:
+        subprocess.Popen(command, stdout=out)
 
     def infer(self, observation: Observation) -> np.ndarray:
         os._exit(7)
 
 
+class StartsASession(StartsAnother):
+    """Of which the other is the child's child, left by its parent."""
+
+    def starts(self, command: list[str], out: IO[str]) -> None:
+        parent = ["/bin/sh", "-c", '"$@" & sleep 60 & exit', "sh", "setsid", *command]
+        subprocess.Popen(parent, stdout=out, start_new_session=True).wait()
+
+
 class StartsAnotherAndNeverLoads(StartsAnother):
+    def __init__(self, skill: SkillManifest) -> None:
+        super().__init__(skill)
+        threading.Event().wait()
+
+
+class StartsASessionAndNeverLoads(StartsASession):
     def __init__(self, skill: SkillManifest) -> None:
         super().__init__(skill)
         threading.Event().wait()

@@ -244,7 +244,8 @@ async def test_one_that_hangs_is_ended_with_its_worker_and_the_next_goal_has_a_n
         await worker.reset()
         await worker.infer(seen())
         assert worker.pid is not None
-        [below] = children(worker.pid)
+        [policy] = children(worker.pid)
+        [below] = children(policy)
         with pytest.raises(PolicyError, match="inference took longer than 2 s"):
             await worker.infer(seen())
         await until(lambda below=below: not alive(below))  # type: ignore[misc]

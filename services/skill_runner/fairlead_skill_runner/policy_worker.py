@@ -6,11 +6,10 @@ import asyncio
 import json
 import logging
 import os
-import signal
 import socket
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
+from pathlib import Path
 
 from pydantic import JsonValue
 
@@ -36,8 +35,7 @@ from fairlead_skill_runner.policy_wire import (
 LOAD_TIMEOUT_S = 120.0
 RESET_TIMEOUT_S = LOAD_TIMEOUT_S  # a server that was started anew compiles
 _END_TIMEOUT_S = 1.0
-_GUARD = ("/bin/sh", "-c", "read _; kill -9 0")
-"""Ends its process group, itself too, when nobody holds its standard input any more."""
+_KEEPER = str(Path(__file__).with_name("policy_keeper.py"))
 
 
 class PolicyWorker:
@@ -48,8 +46,8 @@ class PolicyWorker:
     After a call that raised, or was cancelled, the process is gone, so a late answer cannot be
     taken for the answer to a later question; `load` starts a new one.
 
-    The process has a group of its own, which ends with it: so do processes that the policy
-    started. A guard in it ends all when the runner is gone, however that ended.
+    A keeper holds the process: with it ends whatever the policy started, also in a session of its
+    own. So it does when the runner is gone, however that ended.
     """
 
     def __init__(
@@ -69,13 +67,13 @@ class PolicyWorker:
         self._reply_max = reply_max_bytes(skill.action_contract.dim, skill.horizon)
         self._process: asyncio.subprocess.Process | None = None
         self._pipe: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
-        self._guard: tuple[asyncio.subprocess.Process, int] | None = None
+        self._held: int | None = None
         self._turn = asyncio.Lock()
         self._loading: asyncio.Task[None] | None = None
 
     @property
     def pid(self) -> int | None:
-        """Process id while it runs."""
+        """Process id of the policy's keeper while it runs."""
         return self._process.pid if self._process else None
 
     async def load(self, timeout_s: float = LOAD_TIMEOUT_S) -> None:
@@ -109,30 +107,23 @@ class PolicyWorker:
 
     async def _start(self) -> None:
         ours, theirs = socket.socketpair()
-        with theirs:
-            command = [sys.executable, "-m", "fairlead_skill_runner.policy_process"]
+        read_end, self._held = os.pipe()
+        policy = [sys.executable, "-m", "fairlead_skill_runner.policy_process"]
+        try:
             self._process = await asyncio.create_subprocess_exec(
-                *command,
-                str(theirs.fileno()),
+                *(sys.executable, "-I", "-S", _KEEPER, str(theirs.fileno()), *policy),
                 pass_fds=[theirs.fileno()],
-                stdin=asyncio.subprocess.DEVNULL,
+                stdin=read_end,
                 process_group=0,
             )
-        self._pipe = await asyncio.open_unix_connection(sock=ours)
-        await self._start_guard(self._process.pid)
-
-    async def _start_guard(self, group: int) -> None:
-        read_end, held = os.pipe()
-        try:
-            guard = await asyncio.create_subprocess_exec(
-                *_GUARD, stdin=read_end, process_group=group
-            )
         except BaseException:
-            os.close(held)
+            ours.close()
+            self._kill()
             raise
         finally:
+            theirs.close()
             os.close(read_end)
-        self._guard = guard, held
+        self._pipe = await asyncio.open_unix_connection(sock=ours)
 
     async def reset(self) -> None:
         """Tell the policy that a new goal begins.
@@ -176,7 +167,7 @@ class PolicyWorker:
         if self._loading is not None:
             self._loading.cancel()
         if self._turn.locked() and self._process is not None:
-            self._kill(self._process)
+            self._kill()
         async with self._turn:
             await self._end()
 
@@ -211,27 +202,23 @@ class PolicyWorker:
 
     async def _end(self, at_once: bool = False) -> int | None:
         """By force if it does not listen, or ``at_once``; its exit status, if there was one."""
-        process, pipe, guard = self._process, self._pipe, self._guard
-        self._process = self._pipe = self._guard = None
+        process, pipe = self._process, self._pipe
+        self._process = self._pipe = None
         if pipe is not None:
             pipe[1].close()
         if process is None:
             return None
         if at_once:
-            self._kill(process)
+            self._kill()
         ending = asyncio.ensure_future(process.wait())
         try:
             await asyncio.wait({ending}, timeout=_END_TIMEOUT_S)  # as in `Changes`
         finally:
-            self._kill(process)
-            if guard is not None:
-                os.close(guard[1])
-        if guard is not None:
-            await guard[0].wait()
+            self._kill()
         return await ending
 
-    @staticmethod
-    def _kill(process: asyncio.subprocess.Process) -> None:
-        """And all that is left of its group."""
-        with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
+    def _kill(self) -> None:
+        """The keeper ends all when nobody holds its standard input any more."""
+        if self._held is not None:
+            os.close(self._held)
+            self._held = None

@@ -17,6 +17,7 @@ from fairlead.errors import ConfigError
 from fairlead.line_writer import LineWriter
 from fairlead.messages import FloatArray
 from fairlead.policy import Actions, Observation
+from fairlead.regular_file import regular
 
 
 class _Line(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -104,7 +105,7 @@ def read_trace(path: Path) -> Iterator[TraceRecord]:
         ConfigError: naming the file and the line that does not fit.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = regular(path).read_text(encoding="utf-8").splitlines()
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     for number, text in enumerate(lines, start=1):

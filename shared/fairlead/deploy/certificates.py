@@ -23,6 +23,7 @@ from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.paths import ACCESS_VARIABLE
+from fairlead.regular_file import regular
 
 if TYPE_CHECKING:
     from cryptography import x509
@@ -152,7 +153,7 @@ def _trusted(file: Path) -> list[x509.Certificate]:
     from cryptography import x509
 
     try:
-        return x509.load_pem_x509_certificates(file.read_bytes())
+        return x509.load_pem_x509_certificates(regular(file).read_bytes())
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else error
         raise ConfigError(
@@ -197,7 +198,7 @@ def read_certificate(file: Path) -> Certificate:
     from cryptography import x509  # 70 ms that a robot on one host need not wait
 
     try:
-        found = x509.load_pem_x509_certificate(file.read_bytes())
+        found = x509.load_pem_x509_certificate(regular(file).read_bytes())
         [name] = found.subject.get_attributes_for_oid(x509.NameOID.COMMON_NAME)
         extensions = found.extensions
     except (OSError, ValueError, x509.DuplicateExtension) as error:

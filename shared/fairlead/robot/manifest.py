@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from fairlead.errors import ConfigError, expected
 from fairlead.keys import check_name
 from fairlead.paths import robot_dir
+from fairlead.regular_file import regular
 from fairlead.robot.interpolation import Interpolation
 from fairlead.robot.joint import Joint
 from fairlead.robot.part import EndEffector, Part, SimulatorNames
@@ -162,7 +163,7 @@ class RobotManifest(BaseModel):
     def _description_bytes(self) -> bytes:
         path = self.description_path()
         try:
-            return path.read_bytes()
+            return regular(path).read_bytes()
         except OSError as error:
             raise ConfigError(
                 f"robot {self.id}: no description file {path} ({error.strerror})"

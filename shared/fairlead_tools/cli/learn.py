@@ -162,10 +162,12 @@ def _teacher(expert: str | None, beta: float, noise: float, deployed: bool) -> T
 
 @example("fairlead dataset show out/dataset")
 def show_command(dataset: DatasetArgument, as_json: JsonOption = False) -> None:
-    """Say what a dataset holds."""
-    from fairlead_tools.learn.dataset import read_header
+    """Say what a dataset holds, after reading all of it: an error names what is not whole."""
+    from fairlead_tools.learn.dataset import episodes, read_header
 
     header = read_header(dataset)
+    for _ in episodes(dataset):
+        pass
     if as_json:
         print_json(msgspec.to_builtins(header))
         return

@@ -13,6 +13,7 @@ import typer
 from fairlead.deploy.registry import Registry
 from fairlead.errors import NoAnswerError, expected
 from fairlead.paths import decisions_binary
+from fairlead.regular_file import regular
 from fairlead.wire.gate_checks import CHECKS
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import JsonOption, RunningOption, choose_running, example
@@ -100,7 +101,7 @@ def why_command(
         print_json({"words": lines}) if as_json else echo("\n".join(lines))
         return
     number = parse_tick(tick)
-    chosen = log if log is not None else choose_decision_log(deployment, state_dir)
+    chosen = regular(log) if log is not None else choose_decision_log(deployment, state_dir)
     asked = explain(chosen, number, source)
     if as_json:
         print_json(_document(asked))
@@ -168,5 +169,5 @@ def judge_command(
     different, 2 not readable or damaged.
     """
     reader = str(decisions_binary())
-    words = [] if config is None else ["--config", str(config)]
-    os.execv(reader, [reader, "judge", str(log), *words, *(["--json"] if as_json else [])])  # noqa: S606
+    words = [] if config is None else ["--config", str(regular(config))]
+    os.execv(reader, [reader, "judge", str(regular(log)), *words, *(["--json"] if as_json else [])])  # noqa: S606

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from fairlead.errors import ConfigError, expected
+from fairlead.regular_file import regular
 from fairlead.robot.gate_file import MOST
 from fairlead_tools.draft.source_model import WHO
 
@@ -28,7 +29,7 @@ def read_urdf(path: Path) -> ET.Element:
     """
     who = f"{WHO}: --urdf: {path}"
     try:
-        root = ET.parse(path).getroot()  # noqa: S314 - the person's own file
+        root = ET.parse(regular(path)).getroot()  # noqa: S314 - the person's own file
     except OSError as error:
         raise ConfigError(f"{who}: cannot be read: {error.strerror}") from None
     except (ET.ParseError, LookupError, ValueError) as error:
@@ -131,7 +132,7 @@ def _find(urdf: Path, named: str) -> Path:
 
 def _is_package(folder: Path, name: str) -> bool:
     try:
-        root = ET.parse(folder / "package.xml").getroot()  # noqa: S314 - the person's own file
+        root = ET.parse(regular(folder / "package.xml")).getroot()  # noqa: S314 - the person's own
     except (OSError, ET.ParseError, LookupError, ValueError):
         return False
     return (root.findtext("name") or "").strip() == name

@@ -27,6 +27,7 @@ import numpy.typing as npt
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
+from fairlead.regular_file import regular
 from fairlead.skill.manifest import SkillManifest
 from fairlead_tools.learn.episode_arrays import PICTURE, TICKS, check_array, sizes_of
 
@@ -134,14 +135,16 @@ def read_header(folder: Path) -> Header:
     """
     path = folder / FILE
     try:
-        return msgspec.json.decode(path.read_bytes(), type=Header)
+        return msgspec.json.decode(regular(path).read_bytes(), type=Header)
     except OSError as error:
         raise ConfigError(
-            f"dataset {folder}: no dataset: {path}: {error.strerror}; make one with: "
+            f"dataset: {path}: cannot be read: {error.strerror}; make a dataset with: "
             "fairlead dataset record SKILL"
         ) from None
-    except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
+    except msgspec.ValidationError as error:
         raise ConfigError(f"dataset: {path}: {error}") from None
+    except (ValueError, RecursionError) as error:  # msgspec's own errors are ValueErrors
+        raise ConfigError(expected(f"dataset: {path}", "JSON", f"none: {error}")) from None
 
 
 def episodes(folder: Path, skill: SkillManifest | None = None) -> Iterator[Episode]:
@@ -159,10 +162,11 @@ def episodes(folder: Path, skill: SkillManifest | None = None) -> Iterator[Episo
     for told in header.episodes:
         path = _path(folder, told.seed)
         try:
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+            with regular(path).open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 arrays = {name: file[name] for name in names}
         except _UNREADABLE as error:
-            raise ConfigError(f"dataset: {path}: no episode: {error}") from None
+            why = getattr(error, "strerror", None) or error
+            raise ConfigError(expected(f"dataset: {path}", "an episode", f"none: {why}")) from None
         sizes[TICKS] = told.ticks
         for name, array in arrays.items():
             may_lack = header.deployed and name == "rows"

@@ -49,6 +49,7 @@ from fairlead.messages import (
     Verdict,
     decode,
 )
+from fairlead.regular_file import regular
 
 _FIRST_LINE = b"fairlead-decisions-2\n"
 
@@ -188,7 +189,7 @@ def read_run(path: Path) -> Run:
         ConfigError: it cannot be read, or is no decision log of this layout.
     """
     try:
-        data = path.read_bytes()
+        data = regular(path).read_bytes()
     except OSError as error:
         raise ConfigError(f"decision log {path}: {error.strerror}") from None
     if not data.startswith(_FIRST_LINE):
@@ -225,8 +226,7 @@ class _Frames:
         head = data[at : at + 5]
         if len(head) == 5 and head[0] ^ head[1] ^ head[2] ^ head[3] ^ 0xA5 != head[4]:
             self.damage = self.damage or f"damaged in the record at byte {at}"
-        length = int.from_bytes(data[at + 1 : at + 4], "little")
-        end = at + 5 + length
+        end = at + 5 + int.from_bytes(data[at + 1 : at + 4], "little")
         if at >= len(data) or self.damage:
             raise StopIteration
         if end + 4 > len(data):  # the gate still writes, or was killed

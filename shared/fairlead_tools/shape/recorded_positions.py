@@ -11,6 +11,7 @@ import numpy as np
 
 from fairlead.errors import ConfigError, MessageError, expected
 from fairlead.messages import FloatArray, JointState, decode, floats
+from fairlead.regular_file import regular
 from fairlead.robot.manifest import RobotManifest
 
 _FIRST_LINE = b"fairlead-decisions-2\n"
@@ -28,7 +29,7 @@ def recorded_positions(robot: RobotManifest, log: Path) -> FloatArray:
         ConfigError: no such file, no decision log, of another robot, or without joint states.
     """
     try:
-        data = log.read_bytes()
+        data = regular(log).read_bytes()
     except OSError as error:
         raise ConfigError(f"{log}: cannot be read: {error.strerror}") from None
     if not data.startswith(_FIRST_LINE):

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from fairlead.errors import ConfigError, expected
+from fairlead.regular_file import regular
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest
 
@@ -59,7 +60,7 @@ def read_checkpoint_stats(
             missing or not finite.
     """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = json.loads(regular(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:

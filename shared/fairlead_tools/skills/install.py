@@ -10,6 +10,7 @@ from pathlib import Path
 from fairlead.checked_model import MisfitError
 from fairlead.errors import ConfigError
 from fairlead.paths import SKILLS_VARIABLE, repo_root, user_skills_dir
+from fairlead.regular_file import regular
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import SkillManifest, of_options, read_skill
@@ -121,6 +122,10 @@ def is_link_to(target: Path, folder: Path) -> bool:
     return target.is_symlink() and target.resolve() == folder.resolve()
 
 
+def _copy(source: str, target: str) -> None:
+    shutil.copy2(regular(Path(source)), target)
+
+
 def _put(folder: Path, target: Path, link: bool) -> None:
     """The new folder is complete before the old one goes."""
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -129,7 +134,8 @@ def _put(folder: Path, target: Path, link: bool) -> None:
         if link:
             fresh.symlink_to(folder.resolve(), target_is_directory=True)
         else:
-            shutil.copytree(folder, fresh, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+            ignored = shutil.ignore_patterns("__pycache__", ".*")
+            shutil.copytree(folder, fresh, ignore=ignored, copy_function=_copy)
         if target.exists() or target.is_symlink():
             target.rename(Path(beside) / "old")
         fresh.rename(target)

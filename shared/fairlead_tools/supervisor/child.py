@@ -17,6 +17,7 @@ from pathlib import Path
 from fairlead.deploy.process_table import ProcessId, group_members, process_id
 from fairlead.errors import ServiceError
 from fairlead.log_stamp import stamped
+from fairlead_tools.supervisor.lines import Lines
 from fairlead_tools.supervisor.service_log import ServiceLog
 
 LineHandler = Callable[[str, str], None]
@@ -97,7 +98,7 @@ class Child:
             self._process.send_signal(signal.SIGCONT)
 
     async def kill_group(self) -> list[int]:
-        """SIGKILL to the process and everything it started that is still there.
+        """SIGKILL to the process and what it started that is still there, in its group.
 
         Returns:
             Process ids of what lives on after 2 s: stuck in the kernel, or another user's.
@@ -136,19 +137,17 @@ class Child:
         pipe, _ = await loop.connect_read_pipe(
             lambda: asyncio.StreamReaderProtocol(stream), self._process.stdout
         )
-        rest = b""
+        lines = Lines()
         try:
             while data := await stream.read(READ_BYTES):
-                *lines, rest = (rest + data).split(b"\n")
-                await self._take(lines)
-            await self._take([rest] if rest else [])
+                await self._take(lines.take(data))
+            await self._take(lines.end())
         finally:
             pipe.close()
             self._writer.submit(self._log.close)
             self._writer.shutdown(wait=False)
 
-    async def _take(self, raw: list[bytes]) -> None:
-        lines = [one.decode(errors="replace").rstrip() for one in raw]
+    async def _take(self, lines: list[str]) -> None:
         self.last_lines.extend(lines)
         if not self.ready and any(is_ready_line(line) for line in lines):
             self.ready = True

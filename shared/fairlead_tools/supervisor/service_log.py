@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import IO
 
 from fairlead.line_writer import set_aside
+from fairlead.regular_file import regular
 
 MOST_BYTES = 32 << 20
-"""A file is full then: half of what it and the one before it may have."""
+"""That a file may have, and the one before it too."""
+_BLOCK = 1 << 16  # bytes
 
 
 class ServiceLog:
@@ -34,10 +36,13 @@ class ServiceLog:
             if self._file is None:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
                 self._file = self._path.open("ab", buffering=0)  # no half line left for later
-            self._file.write(f"{line}\n".encode())
-            if self._file.tell() >= self._most_bytes:
+            data = f"{line}\n".encode()
+            written = os.fstat(self._file.fileno()).st_size
+            if written and written + len(data) > self._most_bytes:
                 self.close()
                 set_aside(self._path)
+                self._file = self._path.open("ab", buffering=0)
+            self._file.write(data)
         except OSError as error:
             self.close()
             self._lost += 1
@@ -64,11 +69,16 @@ class LogReader:
         self._rest = b""
 
     def newest(self, count: int) -> list[str]:
-        """The last ``count`` lines; `more` goes on from there."""
+        """The last ``count`` lines, read from the end; `more` goes on from there."""
+        if self._file is not None or self._open():
+            assert self._file is not None
+            _go_back(self._file, count)
         lines = self.more()
         older = self._path.with_name(f"{self._path.name}.1")
         if len(lines) < count and older.exists():
-            lines = [*_lines(older.read_bytes().removesuffix(b"\n").split(b"\n")), *lines]
+            with regular(older).open("rb") as file:
+                _go_back(file, count)
+                lines = [*_lines(file.read().removesuffix(b"\n").split(b"\n")), *lines]
         return lines[-count:]
 
     def more(self) -> list[str]:
@@ -94,7 +104,7 @@ class LogReader:
 
     def _open(self) -> bool:
         try:
-            self._file = self._path.open("rb")
+            self._file = regular(self._path).open("rb")
         except FileNotFoundError:
             return False
         return True
@@ -105,6 +115,20 @@ class LogReader:
             return not os.path.samestat(os.fstat(self._file.fileno()), self._path.stat())
         except FileNotFoundError:  # the next line begins it anew
             return True
+
+
+def _go_back(file: IO[bytes], count: int) -> None:
+    """To where the last ``count`` lines of a file begin, or its first."""
+    begin, ends = file.seek(0, os.SEEK_END), count + 1  # the newline before them too
+    while begin and ends:
+        block_begin = max(0, begin - _BLOCK)
+        file.seek(block_begin)
+        block = file.read(begin - block_begin)
+        at = len(block)
+        while ends and (at := block.rfind(b"\n", 0, at)) >= 0:
+            ends -= 1
+        begin = block_begin + (0 if ends else at + 1)
+    file.seek(begin)
 
 
 def _lines(raw: list[bytes]) -> list[str]:

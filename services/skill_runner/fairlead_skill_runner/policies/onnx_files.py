@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from fairlead.checked_model import checked_model
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
+from fairlead.regular_file import regular
 from fairlead.skill.manifest import SkillManifest
 
 WHO = "onnx policy"
@@ -47,7 +48,7 @@ class HashedFile(BaseModel):
         """
         path = folder / self.file
         try:
-            data = path.read_bytes()
+            data = regular(path).read_bytes()
         except OSError as error:
             raise ConfigError(f"{WHO}: {path}: cannot be read: {error.strerror}") from None
         found = hashlib.sha256(data).hexdigest()
