@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import JsonValue
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.policy import Done, Observation
@@ -38,7 +39,9 @@ def test_constant_repeats_its_row_for_the_skills_horizon() -> None:
 
 
 def test_constant_goes_through_its_phases_and_is_done() -> None:
-    phases = [{"row": [value] * 12, "ticks": ticks} for value, ticks in ((0.5, 3), (-0.5, 4))]
+    phases: list[JsonValue] = [
+        {"row": [value] * 12, "ticks": ticks} for value, ticks in ((0.5, 3), (-0.5, 4))
+    ]
     policy = ConstantPolicy.from_options(SKILL, {"phases": phases})
     for _ in range(2):
         for tick, expected in ((11, [0.5] * 3 + [-0.5] * 5), (13, [0.5] + [-0.5] * 7)):

@@ -9,16 +9,19 @@ namespace {
 
 using nlohmann::json;
 
+// More than any gate file has; whoever walks through a document calls itself as often.
+constexpr std::size_t deepest = 32;
+
 // Follows the parser through the document, to name the place of a fault.
 class PlaceTracker {
  public:
   bool operator()(json::parse_event_t event, const json& parsed) {
     switch (event) {
       case json::parse_event_t::object_start:
-        open_.push_back({});
+        enter({});
         break;
       case json::parse_event_t::array_start:
-        open_.push_back({.is_array = true});
+        enter({.is_array = true});
         break;
       case json::parse_event_t::key:
         enter_key(parsed.get<std::string>());
@@ -53,6 +56,13 @@ class PlaceTracker {
     std::string key = {};
     std::set<std::string> seen = {};
   };
+
+  void enter(Level level) {
+    if (open_.size() == deepest)
+      throw ConfigRefused((open_.front().key.empty() ? "the file" : open_.front().key) +
+                          ": expected values up to " + std::to_string(deepest) + " deep, got more");
+    open_.push_back(std::move(level));
+  }
 
   void enter_key(std::string key) {
     Level& level = open_.back();

@@ -84,6 +84,14 @@ TEST_CASE("a fault in the text names its place") {
   CHECK_THROWS_WITH_AS(parse_strictly(R"({"a": [1, {"b": 2, "b": 3}]})"), "a[1].b: duplicate key",
                        ConfigRefused);
   CHECK_THROWS_WITH_AS(parse_strictly(R"({"a": 1, "a": 1})"), "a: duplicate key", ConfigRefused);
+  const auto nested = [](std::size_t deep) {
+    return std::string(deep, '[') + "1" + std::string(deep, ']');
+  };
+  CHECK_NOTHROW(parse_strictly(R"({"a": )" + nested(31) + "}"));
+  CHECK_THROWS_WITH_AS(parse_strictly(R"({"a": )" + nested(100'000) + "}"),
+                       "a: expected values up to 32 deep, got more", ConfigRefused);
+  CHECK_THROWS_WITH_AS(parse_strictly(nested(33)),
+                       "the file: expected values up to 32 deep, got more", ConfigRefused);
   for (const char* text : {R"({"a": {"b": NaN}})", R"({"a": {"b": 1e999}})", R"({"a": {"b": }})"}) {
     try {
       parse_strictly(text);
