@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import time
 from collections.abc import Callable, Coroutine, Iterable, Sequence
 from functools import cached_property
@@ -11,11 +10,10 @@ from typing import Any, TypeVar, cast
 from weakref import WeakSet
 
 from fairlead.deploy.deployment import Deployment
-from fairlead.errors import ConfigError, TransportError, expected
+from fairlead.errors import TransportError
 from fairlead.keys import check_name
 from fairlead.messages import (
     NO_HASH,
-    Claim,
     Done,
     GateStatus,
     Goal,
@@ -28,6 +26,7 @@ from fairlead.messages import (
 )
 from fairlead.operate.asker import own_endpoints
 from fairlead.operate.changes import unbroken
+from fairlead.operate.claim_request import claim_request
 from fairlead.operate.goal import RunningGoal
 from fairlead.operate.part_claim import PartClaim
 from fairlead.operate.protective_stop import NO_REASON, request_stop
@@ -187,37 +186,10 @@ class Robot(Services):
         Raises:
             ConfigError: the robot has no such part, or the source is no name of one's own.
         """
-        self._check_claim(parts, source, task)
-        protocol = self.manifest.profile(self.deployment.profile).protocol
-        request = Claim(
-            source=source,
-            skill=task or source,
-            skill_hash=hashlib.sha256((task or source).encode()).digest(),
-            robot_hash=self.manifest.robot_hash,
-            period_ns=self.manifest.tick_period_ns,
-            parts=self.manifest.claimed_parts(parts),
-            chunk_rate_hz=1e9 / self.manifest.tick_period_ns,
-            horizon_max=protocol.horizon_max,
-            age_max_ticks=protocol.age_max_ticks,
-            limits=(),
-            by=self.by,
-        )
+        request = claim_request(self.manifest, self.deployment, parts, source, task, self.by)
         claim = PartClaim(self, self.manifest, request)
         self._claims.add(claim)
         return claim
-
-    def _check_claim(self, parts: Sequence[str], source: str, task: str) -> None:
-        valid, who = self.manifest.part_names, f"robot {self.manifest.id}"
-        if isinstance(parts, str) or not isinstance(parts, Sequence) or not parts:
-            raise ConfigError(expected(who, "a list of parts", repr(parts)[:80], valid))
-        for part in (part for part in parts if part not in valid):
-            raise ConfigError(expected(who, "a part to claim", repr(part)[:80], valid))
-        if not isinstance(task, str) or not task.isprintable():
-            raise ConfigError(expected(f"claim of {source}", "a task in words", repr(task)[:80]))
-        check_name("source", source)
-        if source in self.deployment.services:
-            who = f"deployment {self.deployment.id}"
-            raise ConfigError(expected(who, "a source that is none of its services", repr(source)))
 
     # --- to look on ---------------------------------------------------------------------
 
