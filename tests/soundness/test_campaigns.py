@@ -52,7 +52,7 @@ def test_arms_of_five_to_seven_joints_do_so_too(robot: str) -> None:
     assert not found.kinematic.breaches, found.kinematic.told
     assert not found.simulated.breaches, found.simulated.told
     usability = found.usability
-    assert (usability.chunks > 4, usability.succeeded) == (True, 1)  # of the two one never ends
+    assert (usability.chunks > 4, usability.succeeded) == (True, 2)
     assert not (usability.refused or usability.truncated or usability.cut), usability.told
     assert not usability.stops, usability.told
 
