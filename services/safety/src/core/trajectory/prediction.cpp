@@ -87,7 +87,9 @@ Evidence Prediction::advance() {
   interval_before_ = interval_;
   for (Branch& branch : branches()) branch.begin_row();
   settle_uncommanded();
+  way_off_.fill(0.0);
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
+  if (is_start_off_) widen_by_other_ways();
   has_earlier_target_ = 0;  // what rows command from here on is where the branches are
   if (steps_ > 1)           // a target was reached from wherever it was
     for (const std::size_t j : JointsIn(moving_ & ~lagging_)) start_off_[j] = 0.0;
@@ -172,12 +174,14 @@ void Prediction::note_speed(Branch& branch, std::size_t joint, double change) co
   const double commanded = change / model_.period_s;
   double& speed = branch.speed[joint];
   speed = std::clamp(commanded, -limit, limit);
-  if (steps_ != 1) return;
-  const double off = reach_off(joint), sign = speed < 0.0 ? -1.0 : 1.0;
+  if (steps_ != 1 && way_off_[joint] == 0.0) return;
+  const double off = reach_off(joint) + way_off_[joint] / model_.period_s,
+               sign = speed < 0.0 ? -1.0 : 1.0;
   const double slow = std::clamp(commanded - sign * off, -limit, limit);
   const double measured = measured_speed(model_.limits, state_, joint);
   double fast = std::clamp(commanded + sign * off, -limit, limit);
-  if (speed > 0.0 ? measured > fast : speed < 0.0 && measured < fast) fast = measured;
+  if (steps_ == 1 && (speed > 0.0 ? measured > fast : speed < 0.0 && measured < fast))
+    fast = measured;
   if (fast == slow) return;
   branch.slower[joint] = slow;
   branch.slowing |= only(joint);
@@ -187,6 +191,7 @@ void Prediction::note_speed(Branch& branch, std::size_t joint, double change) co
 // How much faster or slower a joint reaches its first target, or a goal from before the hold, by
 // where that ends.
 double Prediction::reach_off(std::size_t joint) const {
+  if (steps_ != 1) return 0.0;
   const bool has_goal = goals_add_up_ || (lagging_ & only(joint)) == 0;
   return has_goal ? start_off_[joint] / model_.period_s : 0.0;
 }

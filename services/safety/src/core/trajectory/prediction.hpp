@@ -174,6 +174,9 @@ class Prediction {
   void apply_targets(const Command& command, Branch& branch);
   void apply_velocities(const Command& command, std::size_t index);
   Evidence apply_tool_motion(const Command& command, std::size_t index);
+  Evidence note_other_ways(std::size_t part, const Motion6& motion, const Branch& branch,
+                           const Joints& after);
+  void widen_by_other_ways();
   Evidence apply_pose(const Command& command, Branch& branch);
   Evidence solve_pose(const Command& command, Branch& branch, Joints& first_step) const;
   [[nodiscard]] Evidence check_speed(const Branch& branch, std::size_t part,
@@ -227,6 +230,7 @@ class Prediction {
   double base_speed_before_ = 0.0;
   bool is_start_off_ = false;
   Joints start_off_{};
+  Joints way_off_{};  // of tools' joints in the newest row, whose way depends on where they start
   Branch measured_;
   std::array<Branch, max_branches> branches_;
 };

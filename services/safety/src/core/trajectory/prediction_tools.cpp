@@ -67,14 +67,36 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
   left = asked - motion;
   Joints after = branch.before;
   Joints first_step;
-  const Evidence evidence = move_tool(model_, model_.tools[command.action.part], motion,
-                                      branch.poses_before(), branch.poses_now(), after, first_step);
+  Evidence evidence = move_tool(model_, model_.tools[command.action.part], motion,
+                                branch.poses_before(), branch.poses_now(), after, first_step);
+  if (evidence.ok() && is_start_off_)
+    evidence = note_other_ways(command.action.part, motion, branch, after);
   for (const std::size_t j : joints) {
     const double change = after[j] - branch.before[j];
     note_speed(branch, j, change);
     branch.now[j] += change;
   }
   return evidence.ok() ? check_speed(branch, command.action.part, first_step) : evidence;
+}
+
+// From where the tool may really be, either way, its joints go other ways.
+Evidence Prediction::note_other_ways(std::size_t part, const Motion6& motion, const Branch& branch,
+                                     const Joints& after) {
+  const ModelTool& tool = model_.tools[part];
+  Evidence evidence;
+  for (const double side : {-1.0, 1.0}) {
+    Joints from = branch.before;
+    for (const std::size_t j : model_.limits.parts[part].joints)
+      from[j] += std::copysign(side * start_off_[j], side * measured_.speed[j]);
+    FramePoses start = branch.poses_before(), end = start;
+    start.place_chain(model_, tool, from);
+    Joints other = from, first_step;
+    if (evidence.ok()) evidence = move_tool(model_, tool, motion, start, end, other, first_step);
+    for (const std::size_t j : model_.limits.parts[part].joints)
+      way_off_[j] =
+          larger(way_off_[j], std::abs(other[j] - from[j] - (after[j] - branch.before[j])));
+  }
+  return evidence;
 }
 
 // G026: what a motion of the tool asks of a joint is no more than it may do, and it does no more
@@ -86,7 +108,7 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
     const JointLimits& joint = model_.limits.joints[j];
     const double from = came_from(branch, j);
     double speed = larger(std::abs(branch.now[j] - from), std::abs(first_step[j] - from));
-    speed /= model_.period_s;
+    speed = (speed + way_off_[j]) / model_.period_s;
     if (steps_ == 1)
       speed = larger(speed + reach_off(j), std::abs(measured_speed(model_.limits, state_, j)));
     if (!(speed <= joint.velocity_limit))
@@ -94,6 +116,14 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
                    velocity_unit(joint.kind), joint.source.view());
   }
   return {};
+}
+
+void Prediction::widen_by_other_ways() {
+  for (const std::size_t j : JointsIn(lagging_)) {
+    start_off_[j] += way_off_[j];
+    interval_.lowest[j] -= way_off_[j];
+    interval_.highest[j] += way_off_[j];
+  }
 }
 
 Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
