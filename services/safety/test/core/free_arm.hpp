@@ -10,7 +10,7 @@ namespace fairlead::test::free_arm {
 
 inline constexpr std::uint8_t turn_z = 0, slide_x = 1, slide_y = 2, slide_z = 3, turn_y = 4,
                               turn_x = 5;
-inline constexpr std::size_t tool_link = 6;
+inline constexpr std::size_t column_link = 1, tool_link = 6;
 
 inline Kinematics tree() {
   constexpr auto turn = LinkMotion::turn;
@@ -54,6 +54,17 @@ inline Limits limits() {
   limits.collision = wide_shape(0, tool_link);
   limits.workspace = wide_workspace();
   limits.protocol = protocol();
+  return limits;
+}
+
+/// A flag on the column besides, a tool of its own at (2, 0, 0).
+inline Limits with_flag() {
+  Limits limits = free_arm::limits();
+  (void)limits.kinematics.links.push_back(
+      link("flag", column_link, LinkMotion::fixed, max_measured, {1, 0, 0}, {2, 0, 0}));
+  PartLimits part = test::part("flag", {});
+  part.tool = limits.kinematics.links.size() - 1;
+  (void)limits.parts.push_back(part);
   return limits;
 }
 

@@ -16,8 +16,6 @@ using namespace fairlead::test::free_arm;
 
 namespace {
 
-constexpr std::size_t column_link = 1;
-
 Limits with_plates() {
   Limits limits = free_arm::limits();
   limits.collision.capsules[0] = {column_link, {0.2, 0, 0.1}, {0, 0.1, 0.3}, 0.01};

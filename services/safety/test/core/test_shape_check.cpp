@@ -14,7 +14,6 @@ using namespace fairlead::test::free_arm;
 
 namespace {
 
-constexpr std::size_t column = 1;
 constexpr JointSet turning = JointSet{1} << turn_z;
 
 // A look at rest, from where each joint goes as far as `there`; maybe after another one.
@@ -47,7 +46,7 @@ Limits balls(double apart) {
   Limits limits = free_arm::limits();
   limits.workspace.volumes.clear();
   limits.collision.capsules[0] = {0, {4.0 + apart, 0, 0}, {4.0 + apart, 0, 0}, 0.5};
-  limits.collision.capsules[1] = {column, {4, 0, 0}, {4, 0, 0}, 0.5};
+  limits.collision.capsules[1] = {column_link, {4, 0, 0}, {4, 0, 0}, 0.5};
   limits.collision.clearance = 0.5;
   return limits;
 }
@@ -55,14 +54,9 @@ Limits balls(double apart) {
 // A flag on the column, a tool of its own, at (2, 0, 0) in a room that ends at 2.25; two capsules
 // beside it, before a shelf that begins at 3. The arm's tool is at (0.7, 0, 0.5).
 Limits flag() {
-  Limits limits = free_arm::limits();
-  (void)limits.kinematics.links.push_back(
-      link("flag", column, LinkMotion::fixed, max_measured, {1, 0, 0}, {2, 0, 0}));
-  PartLimits part = test::part("flag", {});
-  part.tool = limits.kinematics.links.size() - 1;
-  (void)limits.parts.push_back(part);
-  limits.collision.capsules[1] = {column, {2, 0, -0.25}, {2, 0, 0.25}, 0.125};
-  (void)limits.collision.capsules.push_back({column, {2, 0.5, 0}, {2, 0.5, 0}, 0.25});
+  Limits limits = with_flag();
+  limits.collision.capsules[1] = {column_link, {2, 0, -0.25}, {2, 0, 0.25}, 0.125};
+  (void)limits.collision.capsules.push_back({column_link, {2, 0.5, 0}, {2, 0.5, 0}, 0.25});
   limits.workspace.volumes[0] = {"room", false, {-10, -10, -10}, {2.25, 10, 10}};
   (void)limits.workspace.volumes.push_back({"shelf", true, {3, -1, -1}, {4, 1, 1}});
   return limits;
@@ -166,7 +160,7 @@ TEST_CASE("a capsule is not near if its sphere is clear by as much as anything g
   limits.parts[arm].tool = no_link;
   limits.collision.pairs.clear();
   // The sphere is clear by 1.5 m; by its end, with a rounding error, the capsule would be nearer.
-  limits.collision.capsules[1] = {column, {1.1, 0, 0}, {1.2, 0, 0}, 0.1};
+  limits.collision.capsules[1] = {column_link, {1.1, 0, 0}, {1.2, 0, 0}, 0.1};
   (void)limits.workspace.volumes.push_back({"shelf", true, {2.8, -1, -1}, {4, 1, 1}});
   CHECK(Look(limits, going(0.0, 1.5), 1.0).found.near_count == 0);
   const Look further(limits, going(0.0, just_above(1.5)), 1.0);

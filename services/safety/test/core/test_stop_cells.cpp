@@ -61,17 +61,19 @@ struct Stops {
 }  // namespace
 
 TEST_CASE("G031 a post anywhere in the way of a stop is found") {
+  std::size_t looked = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
     Stops stops(seed);
     const Eigen::Vector3d post = Stops::tool_at(stops.anywhere());
     if ((post - Stops::tool_at(Joints{})).norm() < 0.01) continue;  // there it was before
     CHECK(stops.code(post, 0.002) == 31);
+    ++looked;
   }
+  CHECK(looked > 50);
 }
 
 TEST_CASE("G031 a post beside the way of a stop does not matter") {
-  std::size_t apart = 0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     CAPTURE(seed);
     Stops stops(seed);
@@ -79,7 +81,5 @@ TEST_CASE("G031 a post beside the way of a stop does not matter") {
     // As far up as no stop leads, and 5 mm more.
     beside[slide_z] = std::max(0.0, stops.to[slide_z]) + 0.007;
     CHECK(stops.code(Stops::tool_at(beside), 0.002) == 0);
-    ++apart;
   }
-  CHECK(apart == 60);
 }

@@ -17,21 +17,15 @@ using namespace fairlead::test::free_arm;
 
 namespace {
 
-constexpr std::size_t column = 1;
 constexpr JointSet turning = JointSet{1} << turn_z;
 
 // A flag on the column, a tool of its own, at (2, 0, 0); two capsules beside it. Where the column
 // turns to, they leave a room and come near a post, a shelf and a ball that stand there.
 Limits flag() {
-  Limits limits = free_arm::limits();
-  (void)limits.kinematics.links.push_back(
-      link("flag", column, LinkMotion::fixed, max_measured, {1, 0, 0}, {2, 0, 0}));
-  PartLimits part = test::part("flag", {});
-  part.tool = limits.kinematics.links.size() - 1;
-  (void)limits.parts.push_back(part);
+  Limits limits = with_flag();
   limits.collision.capsules[0] = {0, {1.5, 1.5, 0}, {1.5, 1.5, 0.5}, 0.2};
-  limits.collision.capsules[1] = {column, {2, 0, -0.25}, {2, 0.1, 0.25}, 0.125};
-  (void)limits.collision.capsules.push_back({column, {1.5, 0.5, 0}, {1.6, 0.6, 0}, 0.25});
+  limits.collision.capsules[1] = {column_link, {2, 0, -0.25}, {2, 0.1, 0.25}, 0.125};
+  (void)limits.collision.capsules.push_back({column_link, {1.5, 0.5, 0}, {1.6, 0.6, 0}, 0.25});
   limits.collision.clearance = 0.02;
   limits.workspace.volumes[0] = {"room", false, {-10, -10, -10}, {10, 1.2, 10}};
   (void)limits.workspace.volumes.push_back({"shelf", true, {1, 1.4, -1}, {3, 4, 1}});
@@ -137,7 +131,7 @@ TEST_CASE(
 TEST_CASE("G031 a tool in a volume may stay as far in as it may have been") {
   Limits limits = flag();
   limits.collision.pairs.clear();
-  limits.collision.capsules[1] = {column, {1, 0, 0}, {1, 0, 0}, 0.1};
+  limits.collision.capsules[1] = {column_link, {1, 0, 0}, {1, 0, 0}, 0.1};
   limits.collision.capsules.erase_at(2);
   limits.workspace.volumes.erase_at(1);
   limits.workspace.volumes[1] = {"post", true, {1.9, -0.1, -0.1}, {2.1, 0.1, 0.1}};

@@ -76,10 +76,10 @@ class ShapeCheck {
   }
   void deviate_by(const Joints& ways) { deviation_.emplace(model_, ways); }
 
-  /// The targets of the row before, if it had any. A row may leave what is broken no further beyond
+  /// The targets of the row before the first. A row may leave what is broken no further beyond
   /// the limit than they do: else an arm that sags, commanded each time to where it is, or a little
   /// better, would sink without end.
-  void note_targets_before(const FramePoses* poses) { targets_before_ = poses; }
+  void note_targets_before(const FramePoses& poses) { targets_before_ = &poses; }
 
   /// What is at fault in a configuration. What was broken in the one before may stay as it was.
   /// Without a fault, `found`: how clear it is, which need not be more than `share` of the bound.

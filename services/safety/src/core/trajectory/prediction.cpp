@@ -174,9 +174,8 @@ void Prediction::note_speed(Branch& branch, std::size_t joint, double change) co
   const double commanded = change / model_.period_s;
   double& speed = branch.speed[joint];
   speed = std::clamp(commanded, -limit, limit);
-  if (steps_ != 1 && way_off_[joint] == 0.0) return;
-  const double off = reach_off(joint) + way_off_[joint] / model_.period_s,
-               sign = speed < 0.0 ? -1.0 : 1.0;
+  const double off = speed_off(joint), sign = speed < 0.0 ? -1.0 : 1.0;
+  if (steps_ != 1 && off == 0.0) return;
   const double slow = std::clamp(commanded - sign * off, -limit, limit);
   const double measured = measured_speed(model_.limits, state_, joint);
   double fast = std::clamp(commanded + sign * off, -limit, limit);
@@ -188,12 +187,13 @@ void Prediction::note_speed(Branch& branch, std::size_t joint, double change) co
   speed = fast;
 }
 
-// How much faster or slower a joint reaches its first target, or a goal from before the hold, by
-// where that ends.
-double Prediction::reach_off(std::size_t joint) const {
-  if (steps_ != 1) return 0.0;
+// How much faster or slower a joint may be in the newest row by where that starts: a tool's goes
+// another way from there; in the first row a target, or a goal from before the hold, is reached
+// from there.
+double Prediction::speed_off(std::size_t joint) const {
   const bool has_goal = goals_add_up_ || (lagging_ & only(joint)) == 0;
-  return has_goal ? start_off_[joint] / model_.period_s : 0.0;
+  const double reach = steps_ == 1 && has_goal ? start_off_[joint] : 0.0;
+  return (way_off_[joint] + reach) / model_.period_s;
 }
 
 // The joint's target in the row before, if it had one: what is measured may lag behind that.

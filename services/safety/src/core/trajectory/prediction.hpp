@@ -185,7 +185,7 @@ class Prediction {
   [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
-  [[nodiscard]] double reach_off(std::size_t joint) const;
+  [[nodiscard]] double speed_off(std::size_t joint) const;
   [[nodiscard]] JointSet commanded_in(std::size_t step) const;
   [[nodiscard]] JointSet held_in(const RowBefore& before) const;
   void widen_start(JointSet held);

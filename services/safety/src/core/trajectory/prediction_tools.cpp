@@ -83,20 +83,22 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
 Evidence Prediction::note_other_ways(std::size_t part, const Motion6& motion, const Branch& branch,
                                      const Joints& after) {
   const ModelTool& tool = model_.tools[part];
-  Evidence evidence;
+  const auto& joints = model_.limits.parts[part].joints;
   for (const double side : {-1.0, 1.0}) {
     Joints from = branch.before;
-    for (const std::size_t j : model_.limits.parts[part].joints)
-      from[j] += std::copysign(side * start_off_[j], side * measured_.speed[j]);
+    for (const std::size_t j : joints)
+      from[j] += side * std::copysign(start_off_[j], measured_.speed[j]);
     FramePoses start = branch.poses_before(), end = start;
     start.place_chain(model_, tool, from);
     Joints other = from, first_step;
-    if (evidence.ok()) evidence = move_tool(model_, tool, motion, start, end, other, first_step);
-    for (const std::size_t j : model_.limits.parts[part].joints)
-      way_off_[j] =
-          larger(way_off_[j], std::abs(other[j] - from[j] - (after[j] - branch.before[j])));
+    const Evidence evidence = move_tool(model_, tool, motion, start, end, other, first_step);
+    if (!evidence.ok()) return evidence;
+    for (const std::size_t j : joints) {
+      const double way = after[j] - branch.before[j], other_way = other[j] - from[j];
+      way_off_[j] = larger(way_off_[j], std::abs(other_way - way));
+    }
   }
-  return evidence;
+  return {};
 }
 
 // G026: what a motion of the tool asks of a joint is no more than it may do, and it does no more
@@ -108,9 +110,8 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
     const JointLimits& joint = model_.limits.joints[j];
     const double from = came_from(branch, j);
     double speed = larger(std::abs(branch.now[j] - from), std::abs(first_step[j] - from));
-    speed = (speed + way_off_[j]) / model_.period_s;
-    if (steps_ == 1)
-      speed = larger(speed + reach_off(j), std::abs(measured_speed(model_.limits, state_, j)));
+    speed = speed / model_.period_s + speed_off(j);
+    if (steps_ == 1) speed = larger(speed, std::abs(measured_speed(model_.limits, state_, j)));
     if (!(speed <= joint.velocity_limit))
       return above(code::speed, joint.name.view(), speed, joint.velocity_limit,
                    velocity_unit(joint.kind), joint.source.view());

@@ -27,7 +27,7 @@ TrajectoryCheck::TrajectoryCheck(const RobotModel& model, const ClaimLimits& cla
   if (prediction_.is_start_off()) deviate_by(prediction_.start_off());
   if (const std::optional<Joints> targets = prediction_.last_targets()) {
     targets_before_.place(model, *targets);
-    shape_check_.note_targets_before(&targets_before_);
+    shape_check_.note_targets_before(targets_before_);
   }
 }
 
