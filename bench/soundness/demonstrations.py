@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from fairlead.errors import PolicyError
 from fairlead.hal.backend import PartCommand
 from fairlead.policy import Done, Failed, Observation
 from fairlead.skill.manifest import load_skill
@@ -44,8 +45,10 @@ class Demonstration:
         """The next rows that act, from the one for ``tick`` on; none if the policy is done."""
         state = observe(self._assembler, self._driven.backend, self._skill)
         said = asked(self._policy, self._skill, Observation(tick, state, self._skill.prompt))
-        if isinstance(said, Done | Failed):
-            self._is_done = isinstance(said, Done)
+        if isinstance(said, Failed):
+            raise PolicyError(f"skill {self._skill.id} gave up in tick {tick}: {said.reason}")
+        if isinstance(said, Done):
+            self._is_done = True
             return []
         parts = dispatch(self._routes, fitted(self._routes, said), self._skill.action_contract.dim)
         rows = range(self._skill.execute_steps)

@@ -11,20 +11,13 @@ from pathlib import Path
 import pytest
 
 from bench.equipment.live_robot import wait_for
-from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
-from fairlead.paths import repo_root
-from fairlead_tools.supervisor.scratch import (
-    ScratchOptions,
-    ScratchRobot,
-    make_scratch,
-    scratch_robot,
-)
+from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.kinematic_panda import SKILL, kinematic_panda
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
-SKILL = "panda-joint-reach"
 SLOW = {"backend": "joint_reach", "options": {
     "target_rad": [0.4, 0.1, 0.2, -1.9, 0.1, 2.1, 0.9], "opening_m": 0.04, "step_rad": 0.0001,
 }}  # fmt: skip
@@ -33,16 +26,7 @@ SLOW = {"backend": "joint_reach", "options": {
 
 @pytest.fixture
 def robot(tmp_path: Path) -> Iterator[ScratchRobot]:
-    scratch = make_scratch(
-        repo_root() / "compose" / "panda_mujoco.yaml",
-        tmp_path / "state",
-        ScratchOptions(
-            pacing="realtime",
-            hal={"run": "hal_kinematic"},
-            options={"runner": {"policies": {SKILL: SLOW}}},
-        ),
-    )
-    with scratch_robot(scratch, Registry(tmp_path / "registry")) as made:
+    with kinematic_panda(tmp_path, SLOW) as made:
         yield made
 
 

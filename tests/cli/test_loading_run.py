@@ -10,21 +10,13 @@ from pathlib import Path
 import pytest
 
 from bench.equipment.live_robot import wait_for
-from fairlead.deploy.registry import Registry
 from fairlead.messages import GateState
-from fairlead.paths import repo_root
-from fairlead_tools.supervisor.scratch import (
-    ScratchOptions,
-    ScratchRobot,
-    make_scratch,
-    scratch_robot,
-)
+from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.kinematic_panda import SKILL, kinematic_panda
 from tests.runner.policy_servers import OpenpiServer
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
-
-SKILL = "panda-joint-reach"
 
 
 @pytest.fixture
@@ -41,19 +33,10 @@ def server() -> Iterator[OpenpiServer]:
 
 @pytest.fixture
 def robot(tmp_path: Path, server: OpenpiServer) -> Iterator[ScratchRobot]:
-    policies = {SKILL: {"backend": "openpi", "options": {
+    policy = {"backend": "openpi", "options": {
         "address": server.address, "start": "serve", "connect_timeout_s": 4,
-        "answer_timeout_s": 4}}}  # fmt: skip
-    scratch = make_scratch(
-        repo_root() / "compose" / "panda_mujoco.yaml",
-        tmp_path / "state",
-        ScratchOptions(
-            pacing="realtime",
-            hal={"run": "hal_kinematic"},
-            options={"runner": {"policies": policies}},
-        ),
-    )
-    with scratch_robot(scratch, Registry(tmp_path / "registry")) as made:
+        "answer_timeout_s": 4}}  # fmt: skip
+    with kinematic_panda(tmp_path, policy) as made:
         yield made
 
 

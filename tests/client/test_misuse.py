@@ -27,6 +27,7 @@ pytestmark = pytest.mark.asyncio
     ("rows", "said"),
     [
         (lambda claim: claim.rows("base", "body_twist", STILL), "modes, got 'body_twist'"),
+        (lambda claim: claim.rows(["base"], TWIST, STILL), r"a part, got \['base'\] .valid"),
         (lambda claim: claim.rows("base", 7, STILL), "modes, got 7, no ControlMode .valid: "),
         (lambda claim: claim.rows("base", TWIST, [[0.0] * 6, [0, 0, math.nan, 0, 0, 0]]),
          "part base: expected finite numbers for body_twist, got nan in row 1, column 2$"),

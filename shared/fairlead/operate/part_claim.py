@@ -74,7 +74,7 @@ class PartClaim:
         self._taking: asyncio.Future[ClaimReply] | None = None  # until the gate has answered
         self._beating: asyncio.Future[None] | None = None  # while its parts are held
         self._seq, self._is_sending = 0, False
-        self._offered: Offered = {}
+        self._offered: Offered | None = None  # before the HAL is asked
 
     # --- its block --------------------------------------------------------------------
 
@@ -83,7 +83,7 @@ class PartClaim:
         if self._beating is not None:
             raise ConfigError(f"claim of {self._source}: held already; make another")
         await self._services.wait_alive(self._services.gate)
-        self._offered = offered_modes(self._robot, await self._services.hal_status())
+        self._offered = offered_modes(await self._services.hal_status())
         self._taking = asyncio.ensure_future(self._take())
         try:
             self.reply = await asyncio.shield(self._taking)
@@ -181,7 +181,7 @@ class PartClaim:
         joints: tuple[str, ...] = (),
     ) -> ActionPart:
         """Rows ``[H, width]`` for one part, SI, one a tick: as `part_rows`."""
-        offered = self._offered.get(part)
+        offered = self._offered
         return part_rows(self._robot, part, mode, rows, frame=frame, joints=joints, offered=offered)
 
     async def send(self, tick: int, *parts: ActionPart) -> Verdict:

@@ -27,7 +27,7 @@ def part_rows(
     *,
     frame: str = "",
     joints: Sequence[str] = (),
-    offered: Collection[ControlMode] | None = None,
+    offered: Offered | None = None,
 ) -> ActionPart:
     """What one part is told, one row a tick.
 
@@ -35,7 +35,7 @@ def part_rows(
         rows: ``[H, width]`` in SI; a joint mode's rows are as wide as its ``joints``.
         frame: of a cartesian mode, whose axes these are; no other mode has one.
         joints: of a joint mode, in the order of the columns; (): all joints of the part.
-        offered: modes that the running HAL can do; None: all of the part's.
+        offered: what the running HAL can do; None: all that robot.yaml declares.
 
     Raises:
         ConfigError: the robot has no such part, mode, joint or frame, or the rows do not fit.
@@ -66,16 +66,20 @@ def part_rows(
     )
 
 
-def offered_modes(robot: RobotManifest, hal: HalStatus) -> Offered:
+def offered_modes(hal: HalStatus) -> Offered:
     """What the running HAL can do, part by part: less, perhaps, than robot.yaml declares."""
-    told = [[ControlMode(one.mode) for one in part.ranges] for part in hal.parts]
-    return dict(zip(robot.part_names, told, strict=True))
+    known = {int(mode): mode for mode in ControlMode}
+    return {
+        part.name: [known[one.mode] for one in part.ranges if one.mode in known]
+        for part in hal.parts
+    }
 
 
-def check_offered(part: str, mode: ControlMode, offered: Collection[ControlMode]) -> None:
+def check_offered(part: str, mode: ControlMode, offered: Offered) -> None:
     """Raises `ConfigError` if the HAL, which would stop the robot, cannot do this mode."""
-    if mode not in offered:
-        valid = [one.yaml_name for one in offered]
+    modes = offered.get(part, ())
+    if mode not in modes:
+        valid = [one.yaml_name for one in modes]
         raise ConfigError(
             expected(f"part {part}", "a mode that this HAL offers", mode.yaml_name, valid)
         )

@@ -63,7 +63,8 @@ def hal_range_problems(
     for route in routes:
         stated = [block for block in hal.parts[route.part].ranges if block.mode == route.mode]
         if not stated:
-            offered = [ControlMode(one.mode).yaml_name for one in hal.parts[route.part].ranges]
+            told = [one.mode for one in hal.parts[route.part].ranges]
+            offered = [mode.yaml_name for mode in ControlMode if mode in told]
             problems.append(
                 f"part {route.part_name}: the HAL does not offer {route.mode.yaml_name}"
                 + (f", it offers {', '.join(offered)}" if offered else "")

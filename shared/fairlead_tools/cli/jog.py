@@ -76,9 +76,9 @@ class Hand:
         )
 
 
-def require_offered(robot: RobotManifest, drive: Drive, client: RobotClient) -> None:
+def require_offered(drive: Drive, client: RobotClient) -> None:
     """Raises `ConfigError` before anything is armed: a HAL stops at a mode that it cannot do."""
-    check_offered(drive.part, drive.mode, offered_modes(robot, client.hal_status())[drive.part])
+    check_offered(drive.part, drive.mode, offered_modes(client.hal_status()))
 
 
 def shown(drive: Drive, line: ProgressLine) -> Callable[[State], None]:
@@ -234,7 +234,7 @@ def _hand(
     deployment: Deployment, robot: RobotManifest, drive: Drive, yes: bool, by: str
 ) -> Iterator[Hand]:
     with ends_like_ctrl_c(), RobotClient(deployment, by=by) as client:
-        require_offered(robot, drive, client)
+        require_offered(drive, client)
         with armed(client, confirmed=yes):
             yield Hand(client, robot, drive, by)
 

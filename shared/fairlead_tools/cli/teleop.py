@@ -78,7 +78,7 @@ def teleop_command(
         ProgressLine() as line,
         RobotClient(chosen, by="fairlead teleop") as client,
     ):
-        require_offered(robot, drive, client)
+        require_offered(drive, client)
         with armed(client, confirmed=yes), opened:
             line.say(opened.help)
             _take_turns(Hand(client, robot, drive), opened, wish, line)
