@@ -158,7 +158,7 @@ def urdf_model(robot: RobotManifest) -> mujoco.MjModel:
 
 def _add(spec: mujoco.MjSpec, body: mujoco.MjsBody, collision: ET.Element, path: Path) -> None:
     who = f"{path}: collision of link {body.name!r}"
-    shape = next(iter(collision.find("geometry") or ()), None)
+    shape = collision.find("geometry/*")
     if shape is None or shape.tag not in _SHAPES:
         tag = "none" if shape is None else shape.tag
         raise ConfigError(expected(who, "a shape", tag, _SHAPES))

@@ -81,44 +81,96 @@ TEST_CASE("G026 a joint is as fast as from wherever the tool may start") {
   CHECK(code(0.99 * std::sin(0.05)) == 26);
 }
 
-TEST_CASE("a joint that counts as standing may go on: its target is reached from there") {
-  for (const double side : {1.0, -1.0}) {
+namespace {
+
+constexpr std::uint8_t slide_on = 6;  // a second slide ahead, of an arm of seven joints
+
+Limits of_seven() {
+  Limits limits = free_arm::limits();
+  (void)limits.joints.push_back(joint("slide_on", arm, JointKind::prismatic, true));
+  Kinematics& tree = limits.kinematics;
+  tree.links[tree.links.size() - 1].name = "wrist_2";
+  (void)tree.links.push_back(
+      link("tool", tree.links.size() - 1, LinkMotion::slide, slide_on, {1, 0, 0}, {0, 0, 0}));
+  PartLimits& part = limits.parts[arm];
+  (void)part.joints.push_back(slide_on);
+  part.tool = tree.links.size() - 1;
+  limits.collision = wide_shape(0, part.tool);
+  return limits;
+}
+
+}  // namespace
+
+TEST_CASE("what of its start seven joints keep that reach a pose is no longer than all of it") {
+  for (const bool redundant : {true, false}) {
+    CAPTURE(redundant);
     MeasuredState state = at_rest();
-    const Limits limits = free_arm::limits();
-    const double creeping = 0.9 * limits.joints[slide_x].standstill_velocity;
-    for (const bool velocity_stuck : {true, false}) {
-      (velocity_stuck ? state.travel_speeds : state.velocities)[slide_x] = side * creeping;
-      const PartMemories memories;
-      const RowBefore held{nullptr, 0, false, &memories};
-      ChunkBuilder rows;
-      rows.add(arm, Mode::joint_position, {{0, 0.05, 0, 0, 0, 0}, {0, 0.05, 0, 0, 0, 0}},
-               {0, 1, 2, 3, 4, 5});
-      Predicted predicted(limits, state, rows.chunk, held);
-      CHECK(predicted.all.start_off()[slide_x] == doctest::Approx(creeping * 0.05));
-      const Branch& branch = predicted.after_a_row();
-      CHECK(branch.now[slide_x] == 0.05);
-      CHECK(branch.speed[slide_x] == doctest::Approx(0.05 / 0.05 + creeping));
-      CHECK(branch.slower[slide_x] == doctest::Approx(0.05 / 0.05 - creeping));
+    state.count = redundant ? 7 : 6;
+    state.velocities[slide_x] = 0.8;
+    state.velocities[slide_y] = -0.6;
+    ChunkBuilder chunk;
+    chunk.poses(arm, {{0.75, 0, 0.5, 0, 0, 0, 1}, {0.75, 0, 0.5, 0, 0, 0, 1}});
+    const PartMemories memories;
+    const RowBefore held{nullptr, 0, false, &memories};
+    Predicted predicted(redundant ? of_seven() : free_arm::limits(), state, chunk.chunk, held);
+    const auto room = [&](std::size_t j) {
+      const Interval& interval = predicted.all.interval();
+      return interval.highest[j] - interval.lowest[j];
+    };
+    CHECK(predicted.all.start_off()[slide_x] == doctest::Approx(redundant ? 0.025 : 0.02));
+    CHECK(predicted.all.start_off()[slide_z] == doctest::Approx(redundant ? 0.025 : 0.0));
+    for (int row = 0; row < 2; ++row) {
       (void)predicted.after_a_row();
-      CHECK(predicted.all.start_off()[slide_x] == 0.0);
-      // In lockstep it is where it is measured.
-      Predicted known(limits, state, rows.chunk);
-      CHECK(known.after_a_row().slowing == 0);
-      state = at_rest();
+      CHECK(room(slide_x) == doctest::Approx(redundant ? 0.05 : 0.0));
+      CHECK(room(slide_z) == doctest::Approx(redundant ? 0.05 : 0.0));
     }
+    CHECK(predicted.all.start_off()[slide_x] == doctest::Approx(redundant ? 0.025 : 0.0));
   }
 }
 
-TEST_CASE("fingers that declare no deceleration stay where they are measured") {
-  Limits limits = free_arm::limits();
-  limits.joints[slide_x].acceleration_limit = std::nan("");
-  MeasuredState state = at_rest();
-  state.velocities[slide_x] = 1.0;
+TEST_CASE("a joint that counts as standing may go on: it may get to a target faster from there") {
+  const Limits limits = free_arm::limits();
+  const double creeping = 0.9 * limits.joints[slide_x].standstill_velocity;
   const PartMemories memories;
   const RowBefore held{nullptr, 0, false, &memories};
-  const ChunkBuilder chunk = Turning::ahead(1);
-  const Predicted predicted(limits, state, chunk.chunk, held);
-  CHECK_FALSE(predicted.all.is_start_off());
+  const auto speed = [&](bool velocity_stuck, double measured, double target,
+                         const RowBefore& before) {
+    MeasuredState state = at_rest();
+    (velocity_stuck ? state.travel_speeds : state.velocities)[slide_x] = measured;
+    const ChunkBuilder rows = one_joint(Mode::joint_position, slide_x, {target, 2.0 * target});
+    Predicted predicted(limits, state, rows.chunk, before);
+    CHECK_FALSE(predicted.all.is_start_off());
+    const double first = predicted.after_a_row().speed[slide_x];
+    CHECK(predicted.all.branch(0).now[slide_x] == target);
+    CHECK(predicted.after_a_row().speed[slide_x] == doctest::Approx(target / 0.05));
+    return first;
+  };
+  for (const bool velocity_stuck : {true, false})
+    for (const double side : {1.0, -1.0}) {
+      // Either way, as it may be measured wrongly; but by no more than the row moves it.
+      CHECK(speed(velocity_stuck, creeping, side * 0.05, held) ==
+            doctest::Approx(side * (1.0 + creeping)));
+      CHECK(speed(velocity_stuck, creeping, side * 0.0015, held) == doctest::Approx(side * 0.06));
+      CHECK(speed(velocity_stuck, side * creeping, 0.0, held) == 0.0);
+      // In lockstep it is where it is measured.
+      CHECK(speed(velocity_stuck, creeping, side * 0.05, {}) == doctest::Approx(side));
+    }
+}
+
+TEST_CASE("G024 a target where a joint stands is not refused for noise, at a bound neither") {
+  Limits limits = free_arm::limits();
+  limits.joints[slide_x].bounds = {0.0, 1.0, 0.01};
+  limits.joints[slide_x].acceleration_limit = 0.1;
+  MeasuredState state = at_rest();
+  const PartMemories memories;
+  const RowBefore held{nullptr, 0, false, &memories};
+  for (const double noise : {1e-6, -1e-6, 0.9, -0.9}) {
+    state.velocities[slide_x] = noise * limits.joints[slide_x].standstill_velocity;
+    const ChunkBuilder stays = one_joint(Mode::joint_position, slide_x, {0.0, 0.0});
+    CHECK(judge(limits, stays.chunk, state, held).evidence.ok());
+    const ChunkBuilder zero = ChunkBuilder().along(arm, Mode::cartesian_delta, 0, {0.0});
+    CHECK(judge(limits, zero.chunk, state, held).evidence.ok());
+  }
 }
 
 TEST_CASE("G030 joints get where a tool is to be from wherever it may start") {

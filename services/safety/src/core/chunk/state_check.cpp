@@ -83,16 +83,12 @@ namespace {
 
 double period_s(const Limits& limits) { return static_cast<double>(limits.period_ns) * 1e-9; }
 
-// By its positions, beyond the noise of its encoder. Nobody declares that of a joint that nothing
-// commands.
-double travel_beyond_noise(const Limits& limits, const MeasuredState& state, std::size_t i) {
-  const double noise = i < limits.joints.size() ? limits.joints[i].encoder_step : 0.0;
-  const double speed = state.travel_speeds[i];
-  return std::copysign(std::max(std::abs(speed) - noise / period_s(limits), 0.0), speed);
-}
-
+// The faster of its velocity and its way, beyond the noise of its encoder. Nobody declares that of
+// a joint that nothing commands.
 double speed_of(const Limits& limits, const MeasuredState& state, std::size_t i) {
-  return std::max(std::abs(state.velocities[i]), std::abs(travel_beyond_noise(limits, state, i)));
+  const double noise = i < limits.joints.size() ? limits.joints[i].encoder_step : 0.0;
+  return std::max(std::abs(state.velocities[i]),
+                  std::abs(state.travel_speeds[i]) - noise / period_s(limits));
 }
 
 bool is_still(const Limits& limits, const MeasuredState& state, std::size_t i) {
@@ -111,12 +107,11 @@ double measured_speed(const Limits& limits, const MeasuredState& state, std::siz
   const double velocity = state.velocities[i];
   if (std::abs(velocity) >= limits.measured(i).standstill_velocity || is_still(limits, state, i))
     return velocity;
-  return travel_beyond_noise(limits, state, i);
+  return state.travel_speeds[i];
 }
 
 double possible_speed(const MeasuredState& state, std::size_t i) {
-  const double velocity = state.velocities[i], travel = state.travel_speeds[i];
-  return std::abs(travel) > std::abs(velocity) ? travel : velocity;
+  return std::max(std::abs(state.velocities[i]), std::abs(state.travel_speeds[i]));
 }
 
 Evidence check_still(std::uint32_t code, const Limits& limits, const MeasuredState& state,

@@ -27,11 +27,11 @@ inline double measured_change(const Limits& limits, std::size_t i, double from, 
 /// tick's, up to the longest that G013 takes in one.
 double travel_speed(const Limits& limits, std::size_t i, double from, double to);
 
-/// How fast measured joint `i` goes [rad/s or m/s], by its positions, beyond the noise of its
-/// encoder, where its velocity says that it stands and they do not.
+/// How fast measured joint `i` goes [rad/s or m/s], by its positions where its velocity says that
+/// it stands and they do not, by more than the noise of its encoder.
 double measured_speed(const Limits& limits, const MeasuredState& state, std::size_t i);
 
-/// How fast it may go even if that counts as standing, noise included: the larger of the two.
+/// How fast it may go although that counts as standing: the larger of the two, noise included.
 double possible_speed(const MeasuredState& state, std::size_t i);
 
 /// The part's first joint that does not stand still, by its velocity or by its positions; `rule`

@@ -92,7 +92,7 @@ Evidence Prediction::advance() {
   if (is_start_off_) widen_by_other_ways();
   has_earlier_target_ = 0;  // what rows command from here on is where the branches are
   if (steps_ > 1)           // a target was reached from wherever it was
-    for (const std::size_t j : JointsIn(moving_ & ~lagging_)) start_off_[j] = 0.0;
+    for (const std::size_t j : JointsIn(moving_ & ~lagging_ & ~redundant_)) start_off_[j] = 0.0;
   return fault.ok() ? check_finite() : fault;
 }
 
@@ -171,7 +171,8 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 // slow as commanded; and a target is reached from wherever the hold before has left the joint.
 void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
   const double limit = model_.fastest[joint];
-  const double commanded = change / model_.period_s;
+  double commanded = change / model_.period_s;
+  commanded += std::copysign(std::min(creep(joint), std::abs(commanded)), commanded);
   double& speed = branch.speed[joint];
   speed = std::clamp(commanded, -limit, limit);
   const double off = speed_off(joint), sign = speed < 0.0 ? -1.0 : 1.0;
@@ -187,13 +188,25 @@ void Prediction::note_speed(Branch& branch, std::size_t joint, double change) co
   speed = fast;
 }
 
+// Whether the first row's target, or a goal from before the hold, is reached from wherever that has
+// left the joint.
+bool Prediction::reaches_goal(std::size_t joint) const {
+  return steps_ == 1 && (goals_add_up_ || (lagging_ & only(joint)) == 0);
+}
+
 // How much faster or slower a joint may be in the newest row by where that starts: a tool's goes
-// another way from there; in the first row a target, or a goal from before the hold, is reached
-// from there.
+// another way from there, or a goal is reached from there.
 double Prediction::speed_off(std::size_t joint) const {
-  const bool has_goal = goals_add_up_ || (lagging_ & only(joint)) == 0;
-  const double reach = steps_ == 1 && has_goal ? start_off_[joint] : 0.0;
+  const double reach = reaches_goal(joint) ? start_off_[joint] : 0.0;
   return (way_off_[joint] + reach) / model_.period_s;
+}
+
+// How much faster a held joint may reach its goal that was slow enough to count as standing when it
+// was measured, and may have gone on. A row that moves it less moves it by less: one that tells it
+// to stay may not be refused for noise.
+double Prediction::creep(std::size_t joint) const {
+  const bool stands = (held_ & only(joint)) != 0 && measured_.speed[joint] == 0.0;
+  return stands && reaches_goal(joint) ? possible_speed(state_, joint) : 0.0;
 }
 
 // The joint's target in the row before, if it had one: what is measured may lag behind that.

@@ -114,7 +114,7 @@ class Prediction {
   void coast_one_tick(Branch& branch) const;
   [[nodiscard]] const Interval& interval() const { return interval_; }
   /// How far each joint may be from where the branches start or go on from, either way: it held in
-  /// the tick that runs, and was measured to move, however slowly, when that began.
+  /// the tick that runs, and was measured to move when that began.
   [[nodiscard]] const Joints& start_off() const { return start_off_; }
   [[nodiscard]] bool is_start_off() const { return is_start_off_; }
   /// How far the base may be turned from there, also while it comes to rest [rad]: what it is told
@@ -185,11 +185,13 @@ class Prediction {
   [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
   void apply_body_twist(const Command& command, std::size_t index);
   void note_speed(Branch& branch, std::size_t joint, double change) const;
+  [[nodiscard]] bool reaches_goal(std::size_t joint) const;
   [[nodiscard]] double speed_off(std::size_t joint) const;
+  [[nodiscard]] double creep(std::size_t joint) const;
   [[nodiscard]] JointSet commanded_in(std::size_t step) const;
   [[nodiscard]] JointSet held_in(const RowBefore& before) const;
-  [[nodiscard]] double held_speed(std::size_t joint) const;
-  void widen_start(JointSet held);
+  [[nodiscard]] double held_off(std::size_t joint) const;
+  void widen_start();
   void settle_uncommanded();
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;
   [[nodiscard]] Evidence check_finite() const;
@@ -214,8 +216,10 @@ class Prediction {
   JointSet moving_ = 0;
   JointSet lagging_ = 0;
   JointSet guessed_ = 0;
+  JointSet redundant_ = 0;           // of poses: more than six, so where they start still shows
   JointSet coasting_ = 0;            // measured to move, and nothing that the chunk commands
   JointSet perhaps_still_ = 0;       // only positions say that it moves
+  JointSet held_ = 0;                // in the tick that runs; rows command them from the next on
   JointSet has_earlier_target_ = 0;  // joints: in the row before the first, a pose included
   std::array<double, max_joints> earlier_targets_;
   Interval interval_;

@@ -44,13 +44,13 @@ Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
   if (!before.measured) {
     start_count_ = branch_count_;
     for (Branch& branch : branches()) branch.begin_row();
-    const JointSet held = held_in(before);
+    held_ = held_in(before);
     for (Branch& branch : branches())
-      for (const std::size_t j : JointsIn(held))
+      for (const std::size_t j : JointsIn(held_))
         branch.now[j] += 0.5 * measured_.speed[j] * model_.period_s;
     (void)apply_rows(before, true);
     note_new_goals(before);
-    widen_start(held);
+    widen_start();
     return;
   }
   if (before.chunk != nullptr) note_targets(*before.chunk, before.row);
@@ -60,8 +60,8 @@ Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
 }
 
 // Joints that rows command from the next tick on, but none in the one that runs: they hold in
-// it. Those that were measured to move when it began may have stopped at once until it ends, or
-// gone on: the branches start half way between.
+// it, and were measured to move when it began. Until it ends they may have stopped at once, or gone
+// on: the branches start half way between.
 JointSet Prediction::held_in(const RowBefore& before) const {
   JointSet joints = commanded_in(1);
   const auto leave_out = [&](const RowBefore& row) {
@@ -73,17 +73,20 @@ JointSet Prediction::held_in(const RowBefore& before) const {
   return joints & moving_;
 }
 
-// The speed of one that counts as standing is in no branch, and may still take it on.
-double Prediction::held_speed(std::size_t joint) const {
-  const double speed = measured_.speed[joint];
-  if (speed != 0.0 || std::isnan(model_.limits.joints[joint].acceleration_limit))
-    return 0.5 * speed;
-  return possible_speed(state_, joint);
+// Half of what it may go on in a tick. What of that a pose's arm keeps may show in any of its
+// joints, but is no longer than all of it together.
+double Prediction::held_off(std::size_t joint) const {
+  const auto off = [&](std::size_t j) { return 0.5 * measured_.speed[j] * model_.period_s; };
+  if ((redundant_ & only(joint)) == 0) return std::abs(off(joint));
+  double sum = 0.0;
+  for (const std::size_t j : model_.limits.parts[model_.limits.joints[joint].part].joints)
+    sum += off(j) * off(j);
+  return std::sqrt(sum);
 }
 
-void Prediction::widen_start(JointSet held) {
-  for (const std::size_t j : JointsIn(held)) {
-    const double off = std::abs(held_speed(j)) * model_.period_s;
+void Prediction::widen_start() {
+  for (const std::size_t j : JointsIn(held_)) {
+    const double off = held_off(j);
     start_off_[j] = off;
     is_start_off_ |= off > 0.0;
     interval_.lowest[j] -= off;
@@ -193,7 +196,9 @@ bool Prediction::is_coasting(const Branch& branch) const {
 void Prediction::include(const ActionChunk& chunk, JointSet& joints) {
   for (const ActionPart& action : chunk.parts) {
     joints |= moved_by(model_, action);
-    const Gain* gain = gain_block(model_.limits.parts[action.part].modes, action.mode);
+    const PartLimits& part = model_.limits.parts[action.part];
+    const Gain* gain = gain_block(part.modes, action.mode);
+    if (is_pose(action) && part.joints.size() > 6) redundant_ |= moved_by(model_, action);
     if (gain != nullptr) lagging_ |= moved_by(model_, action);
     if (gain == nullptr || gain->lower == gain->upper) continue;
     add_branches(action.part);

@@ -79,25 +79,26 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
   return evidence.ok() ? check_speed(branch, command.action.part, first_step) : evidence;
 }
 
-// From where the tool may really be, either way, its joints go other ways.
+// From where each joint may really be, the tool's joints go other ways: by as much, all together,
+// as the ways differ of one joint at a time.
 Evidence Prediction::note_other_ways(std::size_t part, const Motion6& motion, const Branch& branch,
                                      const Joints& after) {
   const ModelTool& tool = model_.tools[part];
   const auto& joints = model_.limits.parts[part].joints;
-  for (const double side : {-1.0, 1.0}) {
-    Joints from = branch.before;
-    for (const std::size_t j : joints)
-      from[j] += side * std::copysign(start_off_[j], held_speed(j));
+  Joints differ{};
+  for (const std::size_t moved : joints) {
+    if (start_off_[moved] == 0.0) continue;
+    Joints other = branch.before, first_step;
+    const double off = std::copysign(start_off_[moved], measured_.speed[moved]);
+    other[moved] += off;
     FramePoses start = branch.poses_before(), end = start;
-    start.place_chain(model_, tool, from);
-    Joints other = from, first_step;
+    start.place_chain(model_, tool, other);
     const Evidence evidence = move_tool(model_, tool, motion, start, end, other, first_step);
     if (!evidence.ok()) return evidence;
-    for (const std::size_t j : joints) {
-      const double way = after[j] - branch.before[j], other_way = other[j] - from[j];
-      way_off_[j] = larger(way_off_[j], std::abs(other_way - way));
-    }
+    other[moved] -= off;
+    for (const std::size_t j : joints) differ[j] += std::abs(other[j] - after[j]);
   }
+  for (const std::size_t j : joints) way_off_[j] = larger(way_off_[j], differ[j]);
   return {};
 }
 
@@ -120,10 +121,11 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
 }
 
 void Prediction::widen_by_other_ways() {
-  for (const std::size_t j : JointsIn(lagging_)) {
+  for (const std::size_t j : JointsIn(lagging_ | redundant_)) {
     start_off_[j] += way_off_[j];
-    interval_.lowest[j] -= way_off_[j];
-    interval_.highest[j] += way_off_[j];
+    const double off = (redundant_ & only(j)) != 0 ? start_off_[j] : way_off_[j];
+    interval_.lowest[j] -= off;
+    interval_.highest[j] += off;
   }
 }
 
