@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from bench.soundness.arena import RULES
 from bench.soundness.results import Results
+from bench.soundness.simulated_campaign import SPEED
 
 BEGIN = "<!-- from here on written by: python -m bench.soundness --write -->"
 
@@ -32,22 +35,17 @@ def tables(results: Sequence[Results], command: str, day: str) -> str:
             "",
             "## Followed by a second model",
             "",
-            "| robot | chunks | released whole | truncated | refused | cut off | rows that acted "
-            "| places checked | not solved | breaches | smallest margins |",
-            "|---|---|---|---|---|---|---|---|---|---|---|",
+            *_head("robot", "chunks", "refused", "rows that acted", "breaches", *RULES),
             *(_kinematic(one) for one in results),
             "",
             "## Executed in the simulator",
             "",
-            "| robot | rows executed | chunks | truncated | refused | cut off | stops "
-            "| ticks in breach | smallest margins |",
-            "|---|---|---|---|---|---|---|---|---|",
+            *_head("robot", "rows executed", "stops", "ticks in breach", *RULES, SPEED),
             *(_simulated(one) for one in results),
             "",
             "## Good demonstrations",
             "",
-            "| robot | episodes | succeeded | chunks | refused | truncated | cut off | stops |",
-            "|---|---|---|---|---|---|---|---|",
+            *_head("robot", "succeeded", "chunks", "refused", "truncated or cut off", "stops"),
             *(_usability(one) for one in results),
             "",
             *_told(results),
@@ -66,15 +64,10 @@ def _kinematic(one: Results) -> str:
     return _line(
         one.robot,
         f"{found.chunks:,}",
-        f"{found.released:,}",
-        _codes(found.truncated),
-        _codes(found.refused),
-        _codes(found.cut),
+        f"{found.refused.total():,}",
         f"{found.rows:,}",
-        f"{found.configurations:,}",
-        f"{found.not_reached:,}",
         _names(found.breaches),
-        _rooms(found.worst),
+        *(_room(found.worst[rule]) for rule in RULES),
     )
 
 
@@ -83,34 +76,32 @@ def _simulated(one: Results) -> str:
     return _line(
         one.robot,
         f"{found.rows:,}",
-        f"{found.chunks:,}",
-        _codes(found.truncated),
-        _codes(found.refused),
-        _codes(found.cut),
         _names(found.stops),
         _names(found.breaches),
-        _rooms(found.worst),
+        *(_room(found.worst[rule]) for rule in (*RULES, SPEED)),
     )
 
 
 def _usability(one: Results) -> str:
     found = one.usability
-    share = sum(found.refused.values()) / max(1, found.chunks)
     return _line(
         one.robot,
-        f"{found.episodes}",
-        f"{found.succeeded}" if found.succeeded else "no task",
+        f"{found.succeeded} of {found.episodes}" if found.succeeded else "no task",
         f"{found.chunks:,}",
-        f"{_codes(found.refused)} ({share:.2%})",
-        _codes(found.truncated),
-        _codes(found.cut),
+        f"{found.refused.total():,}",
+        f"{found.truncated.total() + found.cut.total():,}",
         _names(found.stops),
     )
 
 
 def _told(results: Sequence[Results]) -> list[str]:
-    """The first breach of each robot, without what its row was."""
-    return [
+    """What the second model could not follow; each robot's first breach, without its row."""
+    unsolved = [
+        f"Rows of {one.robot} that the second model did not solve: {one.kinematic.not_reached:,}"
+        for one in results
+        if one.kinematic.not_reached
+    ]
+    return unsolved + [
         f"First breach of {one.robot}: {line.partition(', row')[0]}"
         for one in results
         for told in (one.kinematic.told, one.simulated.told, one.usability.told)
@@ -118,25 +109,21 @@ def _told(results: Sequence[Results]) -> list[str]:
     ]
 
 
+def _head(*names: str) -> tuple[str, str]:
+    return _line(*names), "|---" * len(names) + "|"
+
+
 def _line(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
-
-
-def _codes(counter: Counter[int]) -> str:
-    """How many in all, and by which check most."""
-    if not counter:
-        return "0"
-    [(code, _)] = counter.most_common(1)
-    return f"{counter.total():,}, most G{code:03d}"
 
 
 def _names(counter: Counter[str]) -> str:
     return ", ".join(f"{count:,} {name}" for name, count in counter.most_common()) or "0"
 
 
-def _rooms(worst: dict[str, float]) -> str:
-    known = {rule: room for rule, room in worst.items() if room < float("inf")}
-    return ", ".join(f"{rule} {room:.4f}" for rule, room in known.items()) or "-"
+def _room(room: float) -> str:
+    """The smallest margin; of a rule that the robot does not have none."""
+    return f"{round(room, 4) + 0.0:.4f}" if room < math.inf else "-"
 
 
 def _plain(value: Any) -> Any:
