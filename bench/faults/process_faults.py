@@ -169,11 +169,11 @@ ROWS = (
         550, "robot", pause_runner,
     ),
     Row(
-        7, "HAL killed, restarted", "gate stops; the new session is not armed",
+        7, "HAL killed, restarted", "stop; the new session is not armed",
         300, "robot", kill_hal, TO_STOP,
     ),
     Row(
-        8, "HAL paused", "gate stops; on wake expired rows are discarded",
+        8, "HAL paused", "stop; on wake expired rows are discarded",
         300, "robot", pause_hal, TO_STOP,
     ),
     Row(
