@@ -29,6 +29,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from bench.page import Write, write_table
@@ -180,13 +181,13 @@ def steps_table(found: dict[str, Any]) -> str:
     )
 
 
-def worst_table(found: dict[str, dict[str, Any]]) -> str:
-    """The slowest steps in Markdown, each with the gate file that it is of."""
-    lines = ["| slowest | ms | gate file |", "|---|---|---|"]
-    for what, key in (("chunk", "chunk"), ("state", "state"), ("all claims, one tick", "tick")):
+def worst_text(found: dict[str, dict[str, Any]]) -> str:
+    """The slowest steps in words, each with the gate file that it is of."""
+    said = []
+    for what, key in (("a chunk", "chunk"), ("a state", "state"), ("all claims in a tick", "tick")):
         config, one = max(found.items(), key=lambda item: float(item[1][f"{key}_us"]))
-        lines.append(f"| {what} | {one[f'{key}_us'] / 1e3:.1f} | {config} |")
-    return "\n".join(lines)
+        said.append(f"{what} {one[f'{key}_us'] / 1e3:.1f} ms ({config})")
+    return fill(f"Slowest: {', '.join(said)}.", 120)
 
 
 def search_worst(configs: list[Path], seconds: float) -> dict[str, dict[str, Any]]:
@@ -202,8 +203,8 @@ def report_worst(arguments: argparse.Namespace) -> None:
     shipped = sorted((repo_root() / "robots").glob("*/gate.*.json"))
     found = search_worst([arguments.config] if arguments.config else shipped, arguments.worst)
     if arguments.write:
-        write_table("worst", worst_table(found))
-    print(json.dumps(found, indent=2) if arguments.json else worst_table(found))
+        write_table("worst", worst_text(found))
+    print(json.dumps(found, indent=2) if arguments.json else worst_text(found))
 
 
 def parse_arguments() -> argparse.Namespace:

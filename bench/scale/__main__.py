@@ -28,6 +28,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from textwrap import fill
 
 from bench.image_move.dora import VERSION, why_absent
 from bench.page import Write, write_table
@@ -113,15 +114,17 @@ def table(every: Sequence[Found], failed: Failed) -> str:
         "| robots | processor ms a tick, of 1 | tick error p99 ms, of 1 | state to lease p99 ms |",
         "|---|---|---|---|",
     ]
+    idle = []
     for one in every:
         cpu, tick = ratios(one, every)
         cells = [f"{one.robots}: {one.way}", f"{one.cpu_ms:.2f}, {cpu:.2f}"]
         cells += [f"{one.error_ms[1]:.2f}, {tick:.1f}", f"{one.lease_ms[1]:.2f}"]
-        if not is_carried(one):
-            cells[1:] = [f"not carried: {one.lost:.0%} of ticks lost, {one.held:.0%} held", "", ""]
-        lines.append(f"| {' | '.join(cells)} |")
-    lines += [f"| {count}: {way} | {why} | | |" for (count, way), why in failed.items()]
-    return "\n".join(lines)
+        if is_carried(one):
+            lines.append(f"| {' | '.join(cells)} |")
+        else:
+            idle.append(f"{cells[0]} ({one.lost:.0%} of ticks lost, {one.held:.0%} held)")
+    idle += [f"{count}: {way} ({why})" for (count, way), why in failed.items()]
+    return "\n".join([*lines, "", fill(f"Not carried: {'; '.join(idle)}.", 120)] if idle else lines)
 
 
 def misses(every: Sequence[Found]) -> list[str]:
