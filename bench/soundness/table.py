@@ -28,7 +28,7 @@ def document(results: Sequence[Results]) -> dict[str, Any]:
 
 
 def tables(results: Sequence[Results], command: str, day: str) -> str:
-    """Three tables and what was told, as Markdown."""
+    """Two tables, a list and what was told, as Markdown."""
     return "\n".join(
         [
             f"Measured on {day} by `{command}`.",
@@ -45,7 +45,8 @@ def tables(results: Sequence[Results], command: str, day: str) -> str:
             "",
             "## Good demonstrations",
             "",
-            *_head("robot", "succeeded", "chunks", "refused", "truncated or cut off", "stops"),
+            "Episodes that succeeded, and what the gate did not release whole:",
+            "",
             *(_usability(one) for one in results),
             "",
             *_told(results),
@@ -84,14 +85,15 @@ def _simulated(one: Results) -> str:
 
 def _usability(one: Results) -> str:
     found = one.usability
-    return _line(
-        one.robot,
-        f"{found.succeeded} of {found.episodes}" if found.succeeded else "no task",
-        f"{found.chunks:,}",
-        f"{found.refused.total():,}",
-        f"{found.truncated.total() + found.cut.total():,}",
-        _names(found.stops),
-    )
+    faults = {
+        "refused": found.refused.total(),
+        "truncated": found.truncated.total(),
+        "cut off": found.cut.total(),
+        "stops": found.stops.total(),
+    }
+    said = [f"{count:,} {name}" for name, count in faults.items() if count]
+    done = f"{found.succeeded} of {found.episodes}" if found.succeeded else "no task"
+    return f"- {one.robot}: {done}, {found.chunks:,} chunks, {', '.join(said) or 'all released'}"
 
 
 def _told(results: Sequence[Results]) -> list[str]:
