@@ -1,18 +1,21 @@
-"""The results as the tables of docs/soundness.md, and as one document."""
+"""The results as the table of docs/soundness.md, and as one document."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from bench.soundness.arena import RULES
 from bench.soundness.results import Results
-from bench.soundness.simulated_campaign import SPEED
+from bench.soundness.usability import Usability
 
+COLUMNS = (
+    *("robot", "chunks followed", "refused", "rows that acted", "breaches"),
+    *("rows executed", "stops", "ticks in breach"),
+    *("demonstrations", "not released whole"),
+)
 BEGIN = "<!-- from here on written by: python -m bench.soundness --write -->"
 
 
@@ -28,26 +31,14 @@ def document(results: Sequence[Results]) -> dict[str, Any]:
 
 
 def tables(results: Sequence[Results], command: str, day: str) -> str:
-    """Two tables, a list and what was told, as Markdown."""
+    """A table and what was told, as Markdown."""
     return "\n".join(
         [
             f"Measured on {day} by `{command}`.",
             "",
-            "## Followed by a second model",
-            "",
-            *_head("robot", "chunks", "refused", "rows that acted", "breaches", *RULES),
-            *(_kinematic(one) for one in results),
-            "",
-            "## Executed in the simulator",
-            "",
-            *_head("robot", "rows executed", "stops", "ticks in breach", *RULES, SPEED),
-            *(_simulated(one) for one in results),
-            "",
-            "## Good demonstrations",
-            "",
-            "Episodes that succeeded, and what the gate did not release whole:",
-            "",
-            *(_usability(one) for one in results),
+            _line(*COLUMNS),
+            "|---" * len(COLUMNS) + "|",
+            *(_row(one) for one in results),
             "",
             *_told(results),
         ]
@@ -60,40 +51,28 @@ def write(path: Path, text: str) -> None:
     path.write_text(f"{head}{BEGIN}\n\n{text.rstrip()}\n", encoding="utf-8")
 
 
-def _kinematic(one: Results) -> str:
-    found = one.kinematic
+def _row(one: Results) -> str:
+    followed, executed, good = one.kinematic, one.simulated, one.usability
     return _line(
         one.robot,
-        f"{found.chunks:,}",
-        f"{found.refused.total():,}",
-        f"{found.rows:,}",
-        _names(found.breaches),
-        *(_room(found.worst[rule]) for rule in RULES),
+        f"{followed.chunks:,}",
+        f"{followed.refused.total():,}",
+        f"{followed.rows:,}",
+        _names(followed.breaches),
+        f"{executed.rows:,}",
+        _names(executed.stops),
+        _names(executed.breaches),
+        f"{good.succeeded} of {good.episodes}" if good.succeeded else "no task",
+        _flawed(good),
     )
 
 
-def _simulated(one: Results) -> str:
-    found = one.simulated
-    return _line(
-        one.robot,
-        f"{found.rows:,}",
-        _names(found.stops),
-        _names(found.breaches),
-        *(_room(found.worst[rule]) for rule in (*RULES, SPEED)),
-    )
-
-
-def _usability(one: Results) -> str:
-    found = one.usability
-    faults = {
-        "refused": found.refused.total(),
-        "truncated": found.truncated.total(),
-        "cut off": found.cut.total(),
-        "stops": found.stops.total(),
-    }
-    said = [f"{count:,} {name}" for name, count in faults.items() if count]
-    done = f"{found.succeeded} of {found.episodes}" if found.succeeded else "no task"
-    return f"- {one.robot}: {done}, {found.chunks:,} chunks, {', '.join(said) or 'all released'}"
+def _flawed(good: Usability) -> str:
+    """How many chunks of the demonstrations, and what the gate did to those not released whole."""
+    kinds = {"refused": good.refused, "truncated": good.truncated, "cut off": good.cut}
+    done = [f"{found.total():,} {name}" for name, found in kinds.items() if found]
+    stops = [f"stops: {_names(good.stops)}"] if good.stops else []
+    return f"{', '.join([*done, *stops]) or '0'} of {good.chunks:,}"
 
 
 def _told(results: Sequence[Results]) -> list[str]:
@@ -111,21 +90,12 @@ def _told(results: Sequence[Results]) -> list[str]:
     ]
 
 
-def _head(*names: str) -> tuple[str, str]:
-    return _line(*names), "|---" * len(names) + "|"
-
-
 def _line(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
 
 
 def _names(counter: Counter[str]) -> str:
     return ", ".join(f"{count:,} {name}" for name, count in counter.most_common()) or "0"
-
-
-def _room(room: float) -> str:
-    """The smallest margin; of a rule that the robot does not have none."""
-    return f"{round(room, 4) + 0.0:.4f}" if room < math.inf else "-"
 
 
 def _plain(value: Any) -> Any:
