@@ -10,13 +10,13 @@ how busy the machine is.
     .venv/bin/python -m bench.gate_core --write
     .venv/bin/python -m bench.gate_core --worst 120 [--write]
 
-Prints two tables, aims beside them; --write puts them into docs/speed.md as well. Whole steps are
+Prints both, aims beside them; --write puts them into docs/speed.md as well. Whole steps are
 64 rows from received to encoded bytes: joint targets for all joints of the rows above, and the
 robot's own chunks for every part of it. Times are the processor's; --json has the clock's as well.
 
 --worst searches for chunks of a hostile policy that keep the gate busy for longest, for so many
-seconds of processor's time each shipped gate file (or the one that --config names), and prints a
-table of what it found.
+seconds of processor's time each shipped gate file (or the one that --config names), and prints
+what it found.
 """
 
 from __future__ import annotations

@@ -92,7 +92,8 @@ def _lines(entries: Sequence[Entry]) -> list[str]:
     """One line for the forms of a fault that have the same outcome and the same bound."""
     forms: dict[tuple[Any, ...], list[Entry]] = {}
     for entry in entries:
-        bound = entry["bound_ms"] and (entry["measures"], entry["bound_ms"])
+        is_told = entry["bound_ms"] and not str(entry["measures"]).startswith(ANSWERS)
+        bound = is_told and (entry["measures"], entry["bound_ms"])
         key = (entry["row"], _verdict(entry), entry["outcome"], bound)
         forms.setdefault(key, []).append(entry)
     return [_line(same) for same in forms.values()]

@@ -111,7 +111,8 @@ def is_carried(one: Found) -> bool:
 def table(every: Sequence[Found], failed: Failed) -> str:
     """In Markdown."""
     lines = [
-        "| robots | processor ms a tick, of 1 | tick error p99 ms, of 1 | state to lease p99 ms |",
+        f"| robots | processor ms a tick, of 1 (aim {CPU_AIM}) "
+        f"| tick error p99 ms, of 1 (aim {TICK_AIM:g}) | state to lease p99 ms |",
         "|---|---|---|---|",
     ]
     idle = []
