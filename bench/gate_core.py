@@ -10,7 +10,7 @@ how busy the machine is.
     .venv/bin/python -m bench.gate_core --write
     .venv/bin/python -m bench.gate_core --worst 120 [--write]
 
-Prints both, aims beside them; --write puts them into docs/speed.md as well. Whole steps are
+Prints two tables, aims beside them; --write puts the second into docs/speed.md. Whole steps are
 64 rows from received to encoded bytes: joint targets for all joints of the rows above, and the
 robot's own chunks for every part of it. Times are the processor's; --json has the clock's as well.
 
@@ -127,21 +127,24 @@ def digits(ns: float) -> str:
     return f"{ns:.1f}" if ns < 100.0 else f"{ns:.0f}"
 
 
-def rows_text(found: dict[str, Any]) -> str:
-    """The cases in words: those that differ only in their number of rows together."""
-    kinds: dict[str, dict[str, str]] = {}
+def rows_table(found: dict[str, Any]) -> str:
+    """The cases in Markdown: a line for those that differ only in their number of rows."""
+    lines: dict[str, dict[str, str]] = {}
     for one in sorted(found["cases"], key=lambda one: float(one["least_ns"])):
         kind, _, rows = one["name"].partition(" H=")
         aim = f" (< {AIMS_NS[one['name']]:.0f})" if one["name"] in AIMS_NS else ""
-        kinds.setdefault(kind, {})[rows] = f"{digits(one['least_ns'])}{aim}"
-    lengths = list(next(iter(kinds.values())))
-    said = "; ".join(
-        f"{kind} {', '.join(times[rows] for rows in lengths)}" for kind, times in kinds.items()
-    )
-    return fill(
-        f"Rows of {found['joints']} joints, {found['pairs']} pairs, H = {', '.join(lengths)}, "
-        f"least ns (aim): {said}.",
-        120,
+        lines.setdefault(kind, {})[rows] = f"{digits(one['least_ns'])}{aim}"
+    lengths = list(next(iter(lines.values())))
+    return "\n".join(
+        [
+            f"| rows of {found['joints']} joints, {found['pairs']} pairs: least ns (aim) "
+            f"| {' | '.join(f'H={rows}' for rows in lengths)} |",
+            "|---" * (1 + len(lengths)) + "|",
+            *(
+                f"| {kind} | {' | '.join(cells[rows] for rows in lengths)} |"
+                for kind, cells in lines.items()
+            ),
+        ]
     )
 
 
@@ -215,7 +218,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--worst", type=float, metavar="SECONDS", help="only the slowest step")
     parser.add_argument("--no-instructions", action="store_true", help="do not count them")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action=Write, help="put the tables into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put it into docs/speed.md")
     return parser.parse_args()
 
 
@@ -230,10 +233,9 @@ def report_times(arguments: argparse.Namespace) -> None:
     found["cases"] = [vars(one) | {"ratio": one.ratio} for one in cases]
     found["load_average"] = [load_before, load_after]
     found["config"] = os.path.relpath(config, repo_root())
-    tables = {"core": rows_text(found), "steps": steps_table(found)}
+    tables = {"core": rows_table(found), "steps": steps_table(found)}
     if arguments.write:
-        for name, table in tables.items():
-            write_table(name, table)
+        write_table("steps", tables["steps"])
     if arguments.json:
         print(json.dumps(found, indent=2))
     else:

@@ -1,6 +1,6 @@
 """Whether rows run out: late policies over a bad network, in realtime, beside simpler executors.
 
-    .venv/bin/python -m bench.chunk_async [--short] [--seed 1] [--json] [--write]
+    .venv/bin/python -m bench.chunk_async [--short] [--seed 1] [--json]
 
 A base turns for as long as a goal lasts; the policy takes 50 to 500 ms +- 20 % and says one of two
 speeds each time. The services and the gate are real, the HAL has no physics, and the runner's link
@@ -8,7 +8,7 @@ loses 1 % of its messages and reorders 1 %, which Zenoh drops too. What is count
 HAL's log; the other two executors are models of the same answers (`executors`).
 
 Promised: no stall where H >= 2d + 1, duty within 0.01 of the theory elsewhere, and no seam step
-above 0.25 of that of a naive switch. --write puts the list into docs/speed.md.
+above 0.25 of that of a naive switch.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ from bench.chunk_async.stage import (
 )
 from bench.faults.live_stage import LATE_TICK_MS
 from bench.faults.row import MachineLateError
-from bench.page import Write, write_table
 
 WANTED = (
     (0.05, BLENDED, 8.0), (0.1, BLENDED, 8.0), (0.2, BLENDED, 8.0), (0.2, PREFIX, 8.0),
@@ -45,8 +44,8 @@ the ways are known."""
 SHORT = ((0.2, BLENDED, 4.0), (0.3, LONG, 4.0), (0.45, BLENDED, 4.0))
 DUTY, SEAM = 0.01, 0.25
 NOTE = (
-    f"`age_max_ticks` is {AGE_MAX_TICKS} here: with the shipped 10 the gate refuses (G006) what "
-    "took 500 ms + 20 %."
+    f"`age_max_ticks` of robot and skill is {AGE_MAX_TICKS} here: with the shipped 10 the gate "
+    "refuses (G006) what took 12 ticks,\n500 ms + 20 %."
 )
 ATTEMPTS = 3
 
@@ -86,26 +85,31 @@ def misses(runs: Sequence[Run]) -> list[str]:
     return found
 
 
-def listed(runs: Sequence[Run]) -> str:
-    """Markdown: an item for all runs of a way without stalls.
+COLUMNS = ("latency ms, seam", "H", "d", "stalls", "duty (theory)", "largest seam step")
+
+
+def table(runs: Sequence[Run]) -> str:
+    """Markdown: one row for all runs of a way without stalls.
 
     Seam steps are shares of a naive switch's.
     """
     alike: dict[tuple[object, ...], list[Run]] = {}
     for one in runs:
         alike.setdefault((one.way, one.horizon, one.stalls and one.latency_ms), []).append(one)
-    return "\n".join([*map(_item, alike.values()), "", NOTE])
+    rows = [COLUMNS, ("---",) * len(COLUMNS), *map(_cells, alike.values())]
+    return "\n".join([*(f"| {' | '.join(row)} |" for row in rows), "", NOTE])
 
 
-def _item(runs: Sequence[Run]) -> str:
+def _cells(runs: Sequence[Run]) -> tuple[str, ...]:
     one = runs[0]
     steps = [run.seam / run.naive for run in runs if run.naive]
-    seam = f"seam step {max(steps):.2f}" if steps else "no seam"
     return (
-        f"- {_range([round(run.latency_ms) for run in runs])} ms, {one.way}, H = {one.horizon}, "
-        f"d = {_range([run.longest_ticks for run in runs])}: {one.stalls} stalls in "
-        f"{sum(run.ticks for run in runs)} ticks, duty {one.duty:.3f} "
-        f"({min(run.theory for run in runs):.3f}), {seam}"
+        f"{_range([round(run.latency_ms) for run in runs])}, {one.way}",
+        f"{one.horizon}",
+        _range([run.longest_ticks for run in runs]),
+        f"{one.stalls} of {sum(run.ticks for run in runs)}",
+        f"{one.duty:.3f} ({min(run.theory for run in runs):.3f})",
+        f"{max(steps):.2f}" if steps else "no seam",
     )
 
 
@@ -124,7 +128,6 @@ def main() -> int:
     parser.add_argument("--short", action="store_true", help="three latencies, a few seconds each")
     parser.add_argument("--seed", type=int, default=1, help="of latencies, speeds and losses")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action=Write, help="put the list into docs/speed.md")
     arguments = parser.parse_args()
     with (
         tempfile.TemporaryDirectory(prefix="fairlead-async-") as folder,
@@ -132,8 +135,6 @@ def main() -> int:
     ):
         runs = run_all(stage, arguments.seed, short=arguments.short)
     missed = misses(runs)
-    if arguments.write:
-        write_table("async", listed(runs))
     if arguments.json:
         derived = ("duty", "never_stalls")
         rows = [
@@ -141,7 +142,7 @@ def main() -> int:
         ]
         print(json.dumps({"age_max_ticks": AGE_MAX_TICKS, "runs": rows, "missed": missed}))
     else:
-        print("\n".join([listed(runs), "", *(missed or ["all that is promised is so"])]))
+        print("\n".join([table(runs), "", *(missed or ["all that is promised is so"])]))
     return 1 if missed else 0
 
 
