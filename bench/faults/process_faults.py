@@ -163,7 +163,10 @@ ROWS = (
         "each row in its tick, or hold", 150, "robot", busy_machine,
         "gap", excused=False,
     ),
-    Row(4, "runner killed in mid-chunk", "its rows end with its heartbeats", 550, "robot", kill_runner),
+    Row(
+        4, "runner killed in mid-chunk", "its rows end with its heartbeats", 550, "robot",
+        kill_runner,
+    ),
     Row(
         5, "runner paused", "its rows end with its heartbeats; old chunks are refused",
         550, "robot", pause_runner,
