@@ -7,11 +7,14 @@ import re
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from bench.equipment.case import Measured
 from bench.equipment.kinematics import Kinematics
+from bench.soundness import gate_loop
 from bench.soundness.attacks import ON_A_BASE, attacks_on
 from bench.soundness.checkpoint_vectors import TICKS, ask
 from bench.soundness.episodes import episode
@@ -20,7 +23,7 @@ from bench.soundness.kinematic_campaign import KinematicCampaign
 from bench.soundness.results import Amount, run
 from bench.soundness.simulated_campaign import SimulatedCampaign
 from fairlead.paths import gate_config
-from fairlead_tools.measure.driven_robot import DrivenRobot
+from fairlead_tools.measure.driven_robot import DrivenRobot, Moment, Tick
 
 Loop = GateLoop[DrivenRobot]
 PATH_CODES = {24, 26, 30, 31, 32, 33, 34}
@@ -95,13 +98,30 @@ def test_a_gate_whose_bounds_are_too_wide_is_noticed(tmp_path: Path) -> None:
 
 
 @pytest.mark.processes
-def test_a_gate_that_takes_what_still_brakes_for_standing_is_noticed(tmp_path: Path) -> None:
-    file = json.loads(gate_config("panda", "sim").read_text())
-    for joint in file["joints"]:
-        joint["standstill_velocity"] = 10.0
-    blind = tmp_path / "gate.sim.json"
-    blind.write_text(json.dumps(file))
-    found = campaign("panda", blind).run(480, silent)
+def test_a_gate_that_takes_what_still_brakes_for_standing_is_noticed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stands: list[Moment] = []
+    next_tick, measured = GateLoop._next, gate_loop._measured
+
+    def note_hold(loop: GateLoop[Any], done: Tick, is_heard: bool = True) -> None:
+        if done.commands:
+            stands.clear()
+        elif not stands:
+            stands.append(done.before)
+        next_tick(loop, done, is_heard)
+
+    def as_the_hold_began(now: Moment, tick: int) -> Measured:
+        if tick == 1:
+            stands.clear()
+        told = measured(stands[0] if stands else now, tick)
+        if stands:
+            told.velocities[:] = 0.0
+        return told
+
+    monkeypatch.setattr(GateLoop, "_next", note_hold)
+    monkeypatch.setattr(gate_loop, "_measured", as_the_hold_began)
+    found = campaign("panda").run(480, silent)
     assert found.after_hold > 500
     assert found.breaches["bounds"] > 0
     later = re.compile(r"in realtime(, stuck)?, then chunk")

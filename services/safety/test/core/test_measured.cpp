@@ -145,28 +145,46 @@ TEST_CASE("a robot stands still where each measured joint does, the passive one 
 TEST_CASE("a robot whose positions move does not stand still, whatever its velocities say") {
   const Limits limits = test_limits();
   for (std::size_t i = 0; i < measured_count; ++i) {
-    const double limit = i == torso ? 0.01 : 0.05;
+    const double noise = i == torso ? 0.0 : limits.joints[i].encoder_step / 0.05;
+    const double limit = (i == torso ? 0.01 : 0.05) + noise;
     MeasuredState state = state_at_rest();
-    state.travel_speeds[i] = just_below(limit);
+    state.travel_speeds[i] = limit - 1e-12;
     CHECK(at_standstill(limits, state));
-    for (const double speed : {limit, -limit}) {
+    for (const double speed : {limit + 1e-12, -limit - 1e-12}) {
       state.travel_speeds[i] = speed;
       CHECK_FALSE(at_standstill(limits, state));
     }
   }
 }
 
-TEST_CASE("positions tell the speed of the last tick, beyond the encoder's step, in any turn") {
+TEST_CASE("positions tell the speed of the last tick, in any turn") {
   const Limits limits = test_limits();
-  const double step = limits.joints[arm_1].encoder_step;
-  CHECK(travel_speed(limits, arm_1, 0.5, 0.5 + step) == doctest::Approx(0.0));
-  CHECK(travel_speed(limits, arm_1, 0.5, 0.6) == doctest::Approx((0.1 - step) / 0.05));
-  CHECK(travel_speed(limits, arm_1, 0.6, 0.5) == doctest::Approx(-(0.1 - step) / 0.05));
-  CHECK(travel_speed(limits, base_yaw, 3.1, 3.1 - 2.0 * std::numbers::pi) <= 0.0);
+  CHECK(travel_speed(limits, arm_1, 0.5, 0.6) == doctest::Approx(0.1 / 0.05));
+  CHECK(travel_speed(limits, arm_1, 0.6, 0.5) == doctest::Approx(-0.1 / 0.05));
+  CHECK(travel_speed(limits, base_yaw, 3.1, 3.1 - 2.0 * std::numbers::pi) == doctest::Approx(0.0));
   CHECK(travel_speed(limits, torso, 0.0, 0.015) == doctest::Approx(0.3));
   // After lost states all of the way counts as the last tick's, up to what G013 takes in one tick.
   const double jump = limits.joints[arm_1].jump_limit;
   CHECK(travel_speed(limits, arm_1, 0.0, 1.5 * jump) == doctest::Approx(jump / 0.05));
+}
+
+TEST_CASE("what an encoder's step may be is no motion, but may be one") {
+  Limits limits = test_limits();
+  JointLimits& joint = limits.joints[arm_1];
+  joint.encoder_step = 0.001;  // 0.02 rad/s
+  MeasuredState state = state_at_rest();
+  for (const double side : {1.0, -1.0}) {
+    state.travel_speeds[arm_1] = side * (joint.standstill_velocity + 0.019);
+    CHECK(at_standstill(limits, state));
+    CHECK(measured_speed(limits, state, arm_1) == 0.0);
+    CHECK(possible_speed(state, arm_1) == state.travel_speeds[arm_1]);
+    state.travel_speeds[arm_1] = side * (joint.standstill_velocity + 0.021);
+    CHECK_FALSE(at_standstill(limits, state));
+    CHECK(measured_speed(limits, state, arm_1) ==
+          doctest::Approx(side * (joint.standstill_velocity + 0.001)));
+  }
+  state.velocities[arm_1] = 2.0 * state.travel_speeds[arm_1];
+  CHECK(possible_speed(state, arm_1) == state.velocities[arm_1]);
 }
 
 TEST_CASE("G013 the unit of a passive joint is that of the link it moves") {

@@ -81,29 +81,42 @@ Evidence check_contact(const Limits& limits, const MeasuredState& state) {
 
 namespace {
 
-double speed_of(const MeasuredState& state, std::size_t i) {
-  return std::max(std::abs(state.velocities[i]), std::abs(state.travel_speeds[i]));
+double period_s(const Limits& limits) { return static_cast<double>(limits.period_ns) * 1e-9; }
+
+// By its positions, beyond the noise of its encoder. Nobody declares that of a joint that nothing
+// commands.
+double travel_beyond_noise(const Limits& limits, const MeasuredState& state, std::size_t i) {
+  const double noise = i < limits.joints.size() ? limits.joints[i].encoder_step : 0.0;
+  const double speed = state.travel_speeds[i];
+  return std::copysign(std::max(std::abs(speed) - noise / period_s(limits), 0.0), speed);
+}
+
+double speed_of(const Limits& limits, const MeasuredState& state, std::size_t i) {
+  return std::max(std::abs(state.velocities[i]), std::abs(travel_beyond_noise(limits, state, i)));
 }
 
 bool is_still(const Limits& limits, const MeasuredState& state, std::size_t i) {
-  return speed_of(state, i) < limits.measured(i).standstill_velocity;
+  return speed_of(limits, state, i) < limits.measured(i).standstill_velocity;
 }
 
 }  // namespace
 
 double travel_speed(const Limits& limits, std::size_t i, double from, double to) {
-  // Nobody declares the noise of a joint that nothing commands.
-  const double noise = i < limits.joints.size() ? limits.joints[i].encoder_step : 0.0;
   const double change = measured_change(limits, i, from, to);
-  const double travel = std::clamp(std::abs(change) - noise, 0.0, limits.measured(i).jump_limit);
-  return std::copysign(travel, change) / (static_cast<double>(limits.period_ns) * 1e-9);
+  const double travel = std::min(std::abs(change), limits.measured(i).jump_limit);
+  return std::copysign(travel, change) / period_s(limits);
 }
 
 double measured_speed(const Limits& limits, const MeasuredState& state, std::size_t i) {
   const double velocity = state.velocities[i];
   if (std::abs(velocity) >= limits.measured(i).standstill_velocity || is_still(limits, state, i))
     return velocity;
-  return state.travel_speeds[i];
+  return travel_beyond_noise(limits, state, i);
+}
+
+double possible_speed(const MeasuredState& state, std::size_t i) {
+  const double velocity = state.velocities[i], travel = state.travel_speeds[i];
+  return std::abs(travel) > std::abs(velocity) ? travel : velocity;
 }
 
 Evidence check_still(std::uint32_t code, const Limits& limits, const MeasuredState& state,
@@ -112,7 +125,7 @@ Evidence check_still(std::uint32_t code, const Limits& limits, const MeasuredSta
     if (is_still(limits, state, j)) continue;
     const JointLimits& joint = limits.joints[j];
     const Evidence evidence =
-        above(code, joint.name.view(), speed_of(state, j), joint.standstill_velocity,
+        above(code, joint.name.view(), speed_of(limits, state, j), joint.standstill_velocity,
               velocity_unit(joint.kind), rule.empty() ? joint.source.view() : rule);
     return declared_as(evidence, "standstill_per_s");
   }

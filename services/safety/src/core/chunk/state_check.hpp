@@ -22,14 +22,17 @@ inline double measured_change(const Limits& limits, std::size_t i, double from, 
   return i < limits.joints.size() ? measured_change(limits.joints[i], from, to) : to - from;
 }
 
-/// How fast measured joint `i` went between two states [rad/s or m/s], beyond the noise of its
-/// encoder: what its velocity does not say if that channel is stuck. If states between were lost,
-/// all of the way counts as the last tick's, up to the longest that G013 takes in one.
+/// How fast measured joint `i` went between two states [rad/s or m/s]: what its velocity does not
+/// say if that channel is stuck. If states between were lost, all of the way counts as the last
+/// tick's, up to the longest that G013 takes in one.
 double travel_speed(const Limits& limits, std::size_t i, double from, double to);
 
-/// How fast measured joint `i` goes [rad/s or m/s], by its positions where its velocity says that
-/// it stands and they do not.
+/// How fast measured joint `i` goes [rad/s or m/s], by its positions, beyond the noise of its
+/// encoder, where its velocity says that it stands and they do not.
 double measured_speed(const Limits& limits, const MeasuredState& state, std::size_t i);
+
+/// How fast it may go even if that counts as standing, noise included: the larger of the two.
+double possible_speed(const MeasuredState& state, std::size_t i);
 
 /// The part's first joint that does not stand still, by its velocity or by its positions; `rule`
 /// says what for, the joint's source if it is empty.

@@ -114,7 +114,7 @@ class Prediction {
   void coast_one_tick(Branch& branch) const;
   [[nodiscard]] const Interval& interval() const { return interval_; }
   /// How far each joint may be from where the branches start or go on from, either way: it held in
-  /// the tick that runs, and was measured to move when that began.
+  /// the tick that runs, and was measured to move, however slowly, when that began.
   [[nodiscard]] const Joints& start_off() const { return start_off_; }
   [[nodiscard]] bool is_start_off() const { return is_start_off_; }
   /// How far the base may be turned from there, also while it comes to rest [rad]: what it is told
@@ -188,6 +188,7 @@ class Prediction {
   [[nodiscard]] double speed_off(std::size_t joint) const;
   [[nodiscard]] JointSet commanded_in(std::size_t step) const;
   [[nodiscard]] JointSet held_in(const RowBefore& before) const;
+  [[nodiscard]] double held_speed(std::size_t joint) const;
   void widen_start(JointSet held);
   void settle_uncommanded();
   [[nodiscard]] double came_from(const Branch& branch, std::size_t joint) const;

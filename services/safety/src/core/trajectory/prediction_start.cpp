@@ -60,8 +60,8 @@ Prediction::Prediction(const RobotModel& model, const ClaimLimits& claim,
 }
 
 // Joints that rows command from the next tick on, but none in the one that runs: they hold in
-// it, and were measured to move when it began. Until it ends they may have stopped at once, or gone
-// on: the branches start half way between.
+// it. Those that were measured to move when it began may have stopped at once until it ends, or
+// gone on: the branches start half way between.
 JointSet Prediction::held_in(const RowBefore& before) const {
   JointSet joints = commanded_in(1);
   const auto leave_out = [&](const RowBefore& row) {
@@ -73,9 +73,17 @@ JointSet Prediction::held_in(const RowBefore& before) const {
   return joints & moving_;
 }
 
+// The speed of one that counts as standing is in no branch, and may still take it on.
+double Prediction::held_speed(std::size_t joint) const {
+  const double speed = measured_.speed[joint];
+  if (speed != 0.0 || std::isnan(model_.limits.joints[joint].acceleration_limit))
+    return 0.5 * speed;
+  return possible_speed(state_, joint);
+}
+
 void Prediction::widen_start(JointSet held) {
   for (const std::size_t j : JointsIn(held)) {
-    const double off = 0.5 * std::abs(measured_.speed[j]) * model_.period_s;
+    const double off = std::abs(held_speed(j)) * model_.period_s;
     start_off_[j] = off;
     is_start_off_ |= off > 0.0;
     interval_.lowest[j] -= off;

@@ -87,7 +87,7 @@ Evidence Prediction::note_other_ways(std::size_t part, const Motion6& motion, co
   for (const double side : {-1.0, 1.0}) {
     Joints from = branch.before;
     for (const std::size_t j : joints)
-      from[j] += side * std::copysign(start_off_[j], measured_.speed[j]);
+      from[j] += side * std::copysign(start_off_[j], held_speed(j));
     FramePoses start = branch.poses_before(), end = start;
     start.place_chain(model_, tool, from);
     Joints other = from, first_step;
