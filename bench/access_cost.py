@@ -3,10 +3,10 @@
 Both take turns with the same chunks, or with an answer of the policy and its rows, so that what
 the machine does to one it does to the other.
 
-    .venv/bin/python -m bench.access_cost [--count 2000] [--write]
+    .venv/bin/python -m bench.access_cost [--count 2000]
 
 Prints medians and their ratio: of the hop from candidate to SafeChunk, back to back and at 20 Hz,
-and of a tick of the loop in lockstep. --write puts the table into docs/speed.md.
+and of a tick of the loop in lockstep.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ from bench.equipment.gate_scene import Scene
 from bench.equipment.turns import Turns
 from bench.gate_hop import CASES, Arrival, socket_in
 from bench.loop import DEADLINE_TICKS, SKILL, prepare
-from bench.page import Write, write_table
 from fairlead.messages import encode
 from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
@@ -130,7 +129,6 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--count", type=int, default=2000, help="chunks of each gate")
-    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     arguments = parser.parse_args()
     lines = [
         f"| what | open us | closed us | ratio of medians, of pairs (aim {AIM}) |",
@@ -144,10 +142,8 @@ def main() -> None:
             ("tick of the loop", lambda: ticks_us(folder)),
         )
         lines += [row(what, measure()) for what, measure in parts]
-    table = "\n".join(lines)
-    if arguments.write:
-        write_table("access", table)
-    print(f"{table}\n\nload average {os.getloadavg()[0]:.1f}")
+    lines += ["", f"load average {os.getloadavg()[0]:.1f}"]
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -10,13 +10,13 @@ how busy the machine is.
     .venv/bin/python -m bench.gate_core --write
     .venv/bin/python -m bench.gate_core --worst 120 [--write]
 
-Prints two tables, aims beside them; --write puts them into docs/speed.md as well. Whole steps are
+Prints two tables, aims beside them; --write puts the second into docs/speed.md. Whole steps are
 64 rows from received to encoded bytes: joint targets for all joints of the rows above, and the
 robot's own chunks for every part of it. Times are the processor's; --json has the clock's as well.
 
 --worst searches for chunks of a hostile policy that keep the gate busy for longest, for so many
-seconds of processor's time each shipped gate file (or the one that --config names), and prints a
-table of what it found.
+seconds of processor's time each shipped gate file (or the one that --config names), and prints
+what it found.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from bench.page import Write, write_table
@@ -180,13 +181,13 @@ def steps_table(found: dict[str, Any]) -> str:
     )
 
 
-def worst_table(found: dict[str, dict[str, Any]]) -> str:
-    """The slowest steps in Markdown, each with the gate file that it is of."""
-    lines = ["| slowest | ms | gate file |", "|---|---|---|"]
-    for what, key in (("chunk", "chunk"), ("state", "state"), ("all claims, one tick", "tick")):
+def worst_text(found: dict[str, dict[str, Any]]) -> str:
+    """The slowest steps in words, each with the gate file that it is of."""
+    said = []
+    for what, key in (("a chunk", "chunk"), ("a state", "state"), ("all claims in a tick", "tick")):
         config, one = max(found.items(), key=lambda item: float(item[1][f"{key}_us"]))
-        lines.append(f"| {what} | {one[f'{key}_us'] / 1e3:.1f} | {config} |")
-    return "\n".join(lines)
+        said.append(f"{what} {one[f'{key}_us'] / 1e3:.1f} ms ({config})")
+    return fill(f"Slowest: {', '.join(said)}.", 120)
 
 
 def search_worst(configs: list[Path], seconds: float) -> dict[str, dict[str, Any]]:
@@ -202,8 +203,8 @@ def report_worst(arguments: argparse.Namespace) -> None:
     shipped = sorted((repo_root() / "robots").glob("*/gate.*.json"))
     found = search_worst([arguments.config] if arguments.config else shipped, arguments.worst)
     if arguments.write:
-        write_table("worst", worst_table(found))
-    print(json.dumps(found, indent=2) if arguments.json else worst_table(found))
+        write_table("worst", worst_text(found))
+    print(json.dumps(found, indent=2) if arguments.json else worst_text(found))
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -217,7 +218,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--worst", type=float, metavar="SECONDS", help="only the slowest step")
     parser.add_argument("--no-instructions", action="store_true", help="do not count them")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action=Write, help="put the tables into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put it into docs/speed.md")
     return parser.parse_args()
 
 
@@ -234,8 +235,7 @@ def report_times(arguments: argparse.Namespace) -> None:
     found["config"] = os.path.relpath(config, repo_root())
     tables = {"core": rows_table(found), "steps": steps_table(found)}
     if arguments.write:
-        for name, table in tables.items():
-            write_table(name, table)
+        write_table("steps", tables["steps"])
     if arguments.json:
         print(json.dumps(found, indent=2))
     else:

@@ -188,12 +188,9 @@ def services_text(watched: Watched) -> str:
     return f"{'; '.join(found)}."
 
 
-def rounds_table(rounds: Sequence[Round]) -> str:
-    """Markdown: for each priority the range of the rounds, and the median of their ratios."""
-    lines = [
-        "| HAL and gate | processes ms | one process ms | ratio |",
-        "|---|---|---|---|",
-    ]
+def rounds_text(rounds: Sequence[Round]) -> str:
+    """For each priority the range of the rounds, and the median of their ratios."""
+    lines = ["Milliseconds in all processes, in one; ratio:", ""]
     for priority in PRIORITIES:
         ours = [one for one in rounds if one.priority == priority]
         deployed, local, ratio = (
@@ -205,7 +202,7 @@ def rounds_table(rounds: Sequence[Round]) -> str:
             )
         )
         middle = f"{median(rounds, priority):.2f}"
-        lines.append(f"| {priority} | {deployed} | {local} | {middle} ({ratio}) |")
+        lines.append(f"- {priority}: {deployed}, {local}; {middle} ({ratio})")
     return "\n".join(lines)
 
 
@@ -235,7 +232,7 @@ def main() -> None:
         print("bench.loop: where a tick goes", file=sys.stderr)
         watched = run_watched(arguments.seed, Path(folder) / "watched")
     tables = {
-        "loop": rounds_table(rounds),
+        "loop": rounds_text(rounds),
         "tick": ticks_table(watched),
         "services": services_text(watched),
     }

@@ -1,6 +1,6 @@
 """Whether rows run out: late policies over a bad network, in realtime, beside simpler executors.
 
-    .venv/bin/python -m bench.chunk_async [--short] [--seed 1] [--json] [--write]
+    .venv/bin/python -m bench.chunk_async [--short] [--seed 1] [--json]
 
 A base turns for as long as a goal lasts; the policy takes 50 to 500 ms +- 20 % and says one of two
 speeds each time. The services and the gate are real, the HAL has no physics, and the runner's link
@@ -8,7 +8,7 @@ loses 1 % of its messages and reorders 1 %, which Zenoh drops too. What is count
 HAL's log; the other two executors are models of the same answers (`executors`).
 
 Promised: no stall where H >= 2d + 1, duty within 0.01 of the theory elsewhere, and no seam step
-above 0.25 of that of a naive switch. --write puts the table into docs/speed.md.
+above 0.25 of that of a naive switch.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ from bench.chunk_async.stage import (
 )
 from bench.faults.live_stage import LATE_TICK_MS
 from bench.faults.row import MachineLateError
-from bench.page import Write, write_table
 
 WANTED = (
     (0.05, BLENDED, 8.0), (0.1, BLENDED, 8.0), (0.2, BLENDED, 8.0), (0.2, PREFIX, 8.0),
@@ -129,7 +128,6 @@ def main() -> int:
     parser.add_argument("--short", action="store_true", help="three latencies, a few seconds each")
     parser.add_argument("--seed", type=int, default=1, help="of latencies, speeds and losses")
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     arguments = parser.parse_args()
     with (
         tempfile.TemporaryDirectory(prefix="fairlead-async-") as folder,
@@ -137,8 +135,6 @@ def main() -> int:
     ):
         runs = run_all(stage, arguments.seed, short=arguments.short)
     missed = misses(runs)
-    if arguments.write:
-        write_table("async", table(runs))
     if arguments.json:
         derived = ("duty", "never_stalls")
         rows = [

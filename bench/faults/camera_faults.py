@@ -36,7 +36,7 @@ ROWS = tuple(
     for number, fault, outcome, bound_ms, inject, measures in (
         (1, "gate killed", "hold; the gate starts latched", 150, kill_gate,
          "hold"),
-        (4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, kill_runner,
+        (4, "runner killed in mid-chunk", "its rows end with its heartbeats", 550, kill_runner,
          "hold"),
         (26, "operator stop in motion", "stops", STOP_MS, operator_stop, FROM_PUT),
     )

@@ -177,7 +177,7 @@ ROWS = (
         partial(onlooker, signal.SIGSTOP)),
     Row(33, "a slow reader is killed", NO_EFFECT, None, "robot",
         partial(onlooker, signal.SIGKILL)),
-    Row(33, "1,200 connections that say nothing, to the services", NO_EFFECT, None, "robot",
+    Row(33, "1,200 silent connections to the services", NO_EFFECT, None, "robot",
         partial(flooded, "connections")),
     Row(33, "six programs that query the status without pause", NO_EFFECT, None, "robot",
         partial(flooded, "queries")),

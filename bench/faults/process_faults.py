@@ -163,17 +163,20 @@ ROWS = (
         "each row in its tick, or hold", 150, "robot", busy_machine,
         "gap", excused=False,
     ),
-    Row(4, "runner killed in mid-chunk", "rows end with its heartbeat", 550, "robot", kill_runner),
     Row(
-        5, "runner paused", "rows end with its heartbeat; old chunks are refused",
+        4, "runner killed in mid-chunk", "its rows end with its heartbeats", 550, "robot",
+        kill_runner,
+    ),
+    Row(
+        5, "runner paused", "its rows end with its heartbeats; old chunks are refused",
         550, "robot", pause_runner,
     ),
     Row(
-        7, "HAL killed, restarted", "gate stops; the new session is not armed",
+        7, "HAL killed, restarted", "stop; the new session is not armed",
         300, "robot", kill_hal, TO_STOP,
     ),
     Row(
-        8, "HAL paused", "gate stops; on wake expired rows are discarded",
+        8, "HAL paused", "stop; on wake expired rows are discarded",
         300, "robot", pause_hal, TO_STOP,
     ),
     Row(

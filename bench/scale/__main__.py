@@ -14,7 +14,7 @@ of which more than 5 % of the ticks held or never came are not carried: that is 
 ratio. Where a machine is full aims are missed: --json says how full it was.
 
 dora-rs lives in an environment of its own (build/dora, or DORA=FOLDER); how to make it is said
-where it is absent. --write puts the tables into docs/speed.md and docs/hosts.md.
+where it is absent. --write puts the table into docs/speed.md.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from textwrap import fill
 
 from bench.image_move.dora import VERSION, why_absent
 from bench.page import Write, write_table
@@ -38,7 +39,6 @@ from bench.scale.thousand import fleet_text, traffic_table
 from bench.scale.traffic import Sent
 from fairlead.deploy.scheduling import realtime_words
 from fairlead.errors import ConfigError, FairleadError, ServiceError
-from fairlead.paths import repo_root
 
 CPU_AIM, TICK_AIM = 1.15, 4.0
 IDLE_MOST = 0.05
@@ -110,18 +110,21 @@ def is_carried(one: Found) -> bool:
 def table(every: Sequence[Found], failed: Failed) -> str:
     """In Markdown."""
     lines = [
-        "| robots | processor ms a tick, of 1 | tick error p99 ms, of 1 | state to lease p99 ms |",
+        f"| robots | processor ms a tick, of 1 (aim {CPU_AIM}) "
+        f"| tick error p99 ms, of 1 (aim {TICK_AIM:g}) | state to lease p99 ms |",
         "|---|---|---|---|",
     ]
+    idle = []
     for one in every:
         cpu, tick = ratios(one, every)
         cells = [f"{one.robots}: {one.way}", f"{one.cpu_ms:.2f}, {cpu:.2f}"]
         cells += [f"{one.error_ms[1]:.2f}, {tick:.1f}", f"{one.lease_ms[1]:.2f}"]
-        if not is_carried(one):
-            cells[1:] = [f"not carried: {one.lost:.0%} of ticks lost, {one.held:.0%} held", "", ""]
-        lines.append(f"| {' | '.join(cells)} |")
-    lines += [f"| {count}: {way} | {why} | | |" for (count, way), why in failed.items()]
-    return "\n".join(lines)
+        if is_carried(one):
+            lines.append(f"| {' | '.join(cells)} |")
+        else:
+            idle.append(f"{cells[0]} ({one.lost:.0%} of ticks lost, {one.held:.0%} held)")
+    idle += [f"{count}: {way} ({why})" for (count, way), why in failed.items()]
+    return "\n".join([*lines, "", fill(f"Not carried: {'; '.join(idle)}.", 120)] if idle else lines)
 
 
 def misses(every: Sequence[Found]) -> list[str]:
@@ -168,7 +171,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seconds", type=float, default=10.0, help="of each measurement")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action=Write, help="put the tables into docs/")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     args = parser.parse_args()
     if args.seconds <= 0 or args.rounds < 1:
         parser.error(f"expected time and rounds, got {args.seconds:g} s, {args.rounds} rounds")
@@ -194,7 +197,6 @@ def main() -> int:
         print("\n\n".join((table(every, failed), *tables.values())))
     if args.write:
         write_table("scale", table(every, failed))
-        write_table("fleet", tables["fleet"], repo_root() / "docs" / "hosts.md")
     missed = misses(every)
     for text in missed:
         print(f"bench.scale: missed: {text}", file=sys.stderr)

@@ -39,9 +39,8 @@ def fleet_text(messages: Mapping[str, Sent], every: Sequence[Found]) -> str:
         links = f", {packets:.0f} packets/s and {size_of_packets / 1e3:.0f} kB/s over links"
     return fill(
         f"{LINKS} links, {rate:.0f} messages/s, {size / 1e3:.0f} kB/s of messages{links}, "
-        f"{(few.cpu_ms - few.router_ms) / PERIOD_MS:.3f} processors "
-        f"for HAL, gate and client, of the router {few.router_ms / PERIOD_MS:.3f} processors and "
-        f"{share:.1f} MB.",
+        f"{(few.cpu_ms - few.router_ms) / PERIOD_MS:.3f} processors; of the router "
+        f"{few.router_ms / PERIOD_MS:.3f} and {share:.1f} MB.",
         120,
     )
 

@@ -1,4 +1,4 @@
-"""The results as the tables of docs/soundness.md, and as one document."""
+"""The results as the table of docs/soundness.md, and as one document."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from bench.soundness.results import Results
+from bench.soundness.usability import Usability
 
+COLUMNS = (
+    *("robot", "chunks followed", "refused", "rows that acted", "breaches"),
+    *("rows executed", "stops", "ticks in breach"),
+    *("demonstrations", "not released whole"),
+)
 BEGIN = "<!-- from here on written by: python -m bench.soundness --write -->"
 
 
@@ -25,30 +31,14 @@ def document(results: Sequence[Results]) -> dict[str, Any]:
 
 
 def tables(results: Sequence[Results], command: str, day: str) -> str:
-    """Three tables and what was told, as Markdown."""
+    """A table and what was told, as Markdown."""
     return "\n".join(
         [
             f"Measured on {day} by `{command}`.",
             "",
-            "## Followed by a second model",
-            "",
-            "| robot | chunks | released whole | truncated | refused | cut off | rows that acted "
-            "| places checked | not solved | breaches | smallest margins |",
-            "|---|---|---|---|---|---|---|---|---|---|---|",
-            *(_kinematic(one) for one in results),
-            "",
-            "## Executed in the simulator",
-            "",
-            "| robot | rows executed | chunks | truncated | refused | cut off | stops "
-            "| ticks in breach | smallest margins |",
-            "|---|---|---|---|---|---|---|---|---|",
-            *(_simulated(one) for one in results),
-            "",
-            "## Good demonstrations",
-            "",
-            "| robot | episodes | succeeded | chunks | refused | truncated | cut off | stops |",
-            "|---|---|---|---|---|---|---|---|",
-            *(_usability(one) for one in results),
+            _line(*COLUMNS),
+            "|---" * len(COLUMNS) + "|",
+            *(_row(one) for one in results),
             "",
             *_told(results),
         ]
@@ -61,56 +51,38 @@ def write(path: Path, text: str) -> None:
     path.write_text(f"{head}{BEGIN}\n\n{text.rstrip()}\n", encoding="utf-8")
 
 
-def _kinematic(one: Results) -> str:
-    found = one.kinematic
+def _row(one: Results) -> str:
+    followed, executed, good = one.kinematic, one.simulated, one.usability
     return _line(
         one.robot,
-        f"{found.chunks:,}",
-        f"{found.released:,}",
-        _codes(found.truncated),
-        _codes(found.refused),
-        _codes(found.cut),
-        f"{found.rows:,}",
-        f"{found.configurations:,}",
-        f"{found.not_reached:,}",
-        _names(found.breaches),
-        _rooms(found.worst),
+        f"{followed.chunks:,}",
+        f"{followed.refused.total():,}",
+        f"{followed.rows:,}",
+        _names(followed.breaches),
+        f"{executed.rows:,}",
+        _names(executed.stops),
+        _names(executed.breaches),
+        f"{good.succeeded} of {good.episodes}" if good.succeeded else "no task",
+        _flawed(good),
     )
 
 
-def _simulated(one: Results) -> str:
-    found = one.simulated
-    return _line(
-        one.robot,
-        f"{found.rows:,}",
-        f"{found.chunks:,}",
-        _codes(found.truncated),
-        _codes(found.refused),
-        _codes(found.cut),
-        _names(found.stops),
-        _names(found.breaches),
-        _rooms(found.worst),
-    )
-
-
-def _usability(one: Results) -> str:
-    found = one.usability
-    share = sum(found.refused.values()) / max(1, found.chunks)
-    return _line(
-        one.robot,
-        f"{found.episodes}",
-        f"{found.succeeded}" if found.succeeded else "no task",
-        f"{found.chunks:,}",
-        f"{_codes(found.refused)} ({share:.2%})",
-        _codes(found.truncated),
-        _codes(found.cut),
-        _names(found.stops),
-    )
+def _flawed(good: Usability) -> str:
+    """How many chunks of the demonstrations, and what the gate did to those not released whole."""
+    kinds = {"refused": good.refused, "truncated": good.truncated, "cut off": good.cut}
+    done = [f"{found.total():,} {name}" for name, found in kinds.items() if found]
+    stops = [f"stops: {_names(good.stops)}"] if good.stops else []
+    return f"{', '.join([*done, *stops]) or '0'} of {good.chunks:,}"
 
 
 def _told(results: Sequence[Results]) -> list[str]:
-    """The first breach of each robot, without what its row was."""
-    return [
+    """What the second model could not follow; each robot's first breach, without its row."""
+    unsolved = [
+        f"Rows of {one.robot} that the second model did not solve: {one.kinematic.not_reached:,}"
+        for one in results
+        if one.kinematic.not_reached
+    ]
+    return unsolved + [
         f"First breach of {one.robot}: {line.partition(', row')[0]}"
         for one in results
         for told in (one.kinematic.told, one.simulated.told, one.usability.told)
@@ -122,21 +94,8 @@ def _line(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _codes(counter: Counter[int]) -> str:
-    """How many in all, and by which check most."""
-    if not counter:
-        return "0"
-    [(code, _)] = counter.most_common(1)
-    return f"{counter.total():,}, most G{code:03d}"
-
-
 def _names(counter: Counter[str]) -> str:
     return ", ".join(f"{count:,} {name}" for name, count in counter.most_common()) or "0"
-
-
-def _rooms(worst: dict[str, float]) -> str:
-    known = {rule: room for rule, room in worst.items() if room < float("inf")}
-    return ", ".join(f"{rule} {room:.4f}" for rule, room in known.items()) or "-"
 
 
 def _plain(value: Any) -> Any:

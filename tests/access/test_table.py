@@ -55,11 +55,11 @@ WORDS: dict[str, frozenset[Role]] = {
     "localiser": frozenset({"localiser"}),
     **dict.fromkeys(("safety", "safety only"), frozenset({"safety"})),
 }
-"""Whom the words of the design mean."""
+"""Whom the words of keys.md mean."""
 
 
 class Listed(NamedTuple):
-    """A row of the design's table."""
+    """A row of keys.md."""
 
     kind: str
     writers: frozenset[Role]
@@ -69,8 +69,7 @@ class Listed(NamedTuple):
 def rows() -> list[tuple[str, str, str, str]]:
     """Key, kind, who writes and who reads, as a person wrote them down; `*` for what is in angle
     brackets, `@` for a person's name."""
-    text = (repo_root() / "docs" / "design.md").read_text(encoding="utf-8")
-    table = text.partition("## Keys")[2].partition("\n## ")[0]
+    table = Path(__file__).with_name("keys.md").read_text(encoding="utf-8")
     assert "Tools may also read all that is published, and the tokens of" in table.replace(
         "\n", " "
     )
@@ -88,7 +87,7 @@ def listed() -> dict[str, Listed]:
     }
 
 
-def test_it_has_the_key_of_a_person_for_each_command_that_the_design_lists() -> None:
+def test_it_has_the_key_of_a_person_for_each_command_that_is_listed() -> None:
     keys = {key.replace("@", "*") for key, *_ in rows() if key.endswith("@")}
     assert keys == {of_person(row.key, "*") for row in TABLE if row.person}
 
@@ -103,7 +102,7 @@ def _meant(words: str) -> frozenset[Role]:
     return frozenset[Role]().union(*(WORDS[word] for word in plain.split(", ")))
 
 
-def test_it_has_every_key_that_the_design_lists_and_of_each_the_kinds() -> None:
+def test_it_has_every_key_that_is_listed_and_of_each_the_kinds() -> None:
     assert {row.key for row in TABLE} == set(listed())
     for key, one in listed().items():
         kinds = {row.kind for row in TABLE if row.key == key}
@@ -111,7 +110,7 @@ def test_it_has_every_key_that_the_design_lists_and_of_each_the_kinds() -> None:
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda row: f"{row.kind} {row.key}")
-def test_who_may_do_what_is_what_the_design_lists(row: Row) -> None:
+def test_who_may_do_what_is_what_is_listed(row: Row) -> None:
     one = listed()[row.key]
     writers, readers = set(row.writers), set(row.readers)
     if row.kind == "query" and "published" in one.kind:  # who may hear it may ask for it

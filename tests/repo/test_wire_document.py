@@ -62,14 +62,14 @@ def test_type_ids_are_unique_and_ascend() -> None:
 
 def test_every_control_mode_is_listed() -> None:
     for one in ControlMode:
-        assert f"| {one.value} | {one.yaml_name} |" in TEXT
+        assert re.search(rf"^- {one.value} {one.yaml_name}[,:] ", TEXT, re.M)
 
 
 def test_the_widths_of_the_control_modes_are_those_of_the_code() -> None:
-    table = dict(re.findall(r"^\| \d+ \| (\w+) \| (joints|\d*) *\|", TEXT, re.M))
+    listed = dict(re.findall(r"^- \d+ (\w+)(?:, (joints|\d+))?: ", TEXT, re.M))
     for mode in ControlMode:
         if mode in (ControlMode.JOINT_TRAJECTORY, ControlMode.FOOT_PLACEMENT):
-            assert table[mode.yaml_name] == ""
+            assert listed[mode.yaml_name] == ""
         else:
             wanted = "joints" if mode.is_joint_mode else str(mode.width(11))
-            assert table[mode.yaml_name] == wanted
+            assert listed[mode.yaml_name] == wanted

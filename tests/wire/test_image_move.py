@@ -34,4 +34,4 @@ def test_ratios_are_of_medians_and_what_was_not_measured_is_said() -> None:
     assert (document["of_floor"], document["of_dora"]) == (2.0, None)
     assert misses([document]) == ["2 x 224 x 224: 2.00 of the floor, aim 1.35"]
     row = table([document]).splitlines()[-1]
-    assert row == "| 2 x 224 x 224 | 100 / 340 | 50 / 50, 2 of 3 lost | 2.00 | not here | - |"
+    assert row == "| 2 x 224 x 224 | 100, 340 | 50, 50, 2 of 3 lost; 2.00 | not here |"

@@ -1,6 +1,6 @@
 """Every check of the gate, once: what it asks, what follows, what to do.
 
-The table of docs/safety-checks.md is made of it, and ``fairlead why G020`` prints one of them.
+The list of docs/safety-checks.md is made of it, and ``fairlead why G020`` prints one of them.
 """
 
 from __future__ import annotations

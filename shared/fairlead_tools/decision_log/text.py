@@ -222,7 +222,7 @@ PAGE = "docs/safety-checks.md"
 
 
 def check_lines(code: int) -> list[str]:
-    """The check's row of the table in docs/safety-checks.md, and what to do about it."""
+    """The check's item of the list in docs/safety-checks.md, and what to do about it."""
     check, name = CHECKS[code], f"G{code:03d}"
     said = {
         "hazard": check.hazard,
