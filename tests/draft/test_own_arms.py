@@ -64,7 +64,7 @@ def test_a_servo_that_is_geared_backwards_reaches_the_other_way(desk: Desk) -> N
 
 
 def test_a_link_whose_shape_only_the_urdf_has_is_no_frame(desk: Desk) -> None:
-    """MuJoCo fuses the fixed base of a URDF that it converts with the world, which moves nothing."""
+    """MuJoCo fuses the fixed base of a URDF that it converts with the world."""
     ball = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
     robot = drafted(desk, "first", without_gripper())
     urdf = robot.description_path().read_text()
