@@ -147,7 +147,10 @@ class HalHost:
 
     def _measure_and_publish(self) -> None:
         begins = self._tick == self._episode.first_tick
-        self._before, self._measured = None if begins else self._measured, self._identity.measure(self._backend)
+        self._before, self._measured = (
+            None if begins else self._measured,
+            self._identity.measure(self._backend),
+        )
         now_ns = self._clock()
         self._ticks.begin(self._tick, self._backend.transforms(), now_ns)
         self._frames.send_due(self._tick, self._episode.first_tick, self._backend.snapshot)
