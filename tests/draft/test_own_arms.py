@@ -78,3 +78,20 @@ def test_a_link_whose_shape_only_the_urdf_has_is_no_frame(desk: Desk) -> None:
     assert said.startswith(f"it has {only}, so no capsule: give it collision geometry in ")
     assert said.endswith("mine.xml, or say why it needs none")
     assert ("capsules", f"base: {only}; declared: {only}") in desk.findings("mine", "open")
+
+
+def test_the_effort_of_motors_is_what_they_can_be_told(desk: Desk) -> None:
+    """A model with motors, as many are, and with the gear of one."""
+    motor = '<motor joint="pan" ctrlrange="-20 30" ctrllimited="true" gear="-2"/>'
+    text = without_gripper().replace('<position joint="pan"/>', motor)
+    joint = drafted(desk, "motored", text).joint("pan")
+    assert (joint.effort_nm, "assumed" in joint.source) == (60.0, True)
+    assert "joints.pan.effort_nm" not in load_robot("motored").to_confirm
+
+
+def test_an_effort_that_gravity_exceeds_is_found_before_the_gate_stops_for_it(desk: Desk) -> None:
+    weak = without_gripper().replace('forcerange="-40 40"', 'forcerange="-1.5 1.5"')
+    drafted(desk, "weak", weak.replace(' gravcomp="1"', ""))
+    found = [text for subject, text in desk.findings("weak", "open") if subject == "servos"]
+    said = r"lift: gravity and friction take up to [\d.]+ N m"
+    assert [text for text in found if re.fullmatch(said, text)], found
