@@ -229,6 +229,8 @@ class Policy(Protocol):
     ``check_options(skill, options)``: a class method that raises `ConfigError` for options that
     do not fit, without loading anything; ``fairlead skill check`` and ``install`` call it.
 
+    ``check_files(skill, options, folder)``: the same for the files of the skill's folder.
+
     ``server_address``: a `ServerAddress` if the policy is behind a server. A deployment file may
     then say where that is, which replaces the option ``address``.
 

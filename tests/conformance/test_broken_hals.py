@@ -115,6 +115,11 @@ def test_a_robot_that_does_not_hold_or_obey_is_not_moved_any_further(
     assert {row.got for row in left} == {why}
 
 
+def test_a_hal_that_stopped_itself_is_quoted(found: dict[str, HalCheck]) -> None:
+    said = rows_of(found["raises"], "fail")["the HAL goes on"]
+    assert "; stop by hal: " in said and "as a driver may" in said
+
+
 def test_each_failure_says_what_was_expected_by_what_and_what_to_do(
     found: dict[str, HalCheck],
 ) -> None:

@@ -61,3 +61,37 @@ def test_a_servo_that_is_geared_backwards_reaches_the_other_way(desk: Desk) -> N
     source = load_source(model)
     number = source.model.joint("roll").id
     assert position_range(source, number) == (-1.0, 0.0)
+
+
+def test_a_link_whose_shape_only_the_urdf_has_is_no_frame(desk: Desk) -> None:
+    """MuJoCo fuses the fixed base of a URDF that it converts with the world."""
+    ball = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
+    robot = drafted(desk, "first", without_gripper())
+    urdf = robot.description_path().read_text()
+    (link,) = re.findall(r'<link name="base"[^>]*/>|<link name="base".*?</link>', urdf, flags=re.S)
+    maker = desk.write("maker.urdf", urdf.replace(link, f'<link name="base">{ball}</link>'))
+    geom = '      <geom type="cylinder" size="0.07" fromto="0 0 0 0 0 0.1"/>\n'
+    model = desk.write("fused.xml", without_gripper().replace(geom, ""))
+    assert desk.new("mine", "--mjcf", model, "--urdf", maker).returncode == 0
+    only = "collision geometry only in its URDF"
+    said = load_robot("mine").to_confirm["no_collision_geometry.base"]
+    assert said.startswith(f"it has {only}, so no capsule: give it collision geometry in ")
+    assert said.endswith("mine.xml, or say why it needs none")
+    assert ("capsules", f"base: {only}; declared: {only}") in desk.findings("mine", "open")
+
+
+def test_the_effort_of_motors_is_what_they_can_be_told(desk: Desk) -> None:
+    """A model with motors, as many are, and with the gear of one."""
+    motor = '<motor joint="pan" ctrlrange="-20 30" ctrllimited="true" gear="-2"/>'
+    text = without_gripper().replace('<position joint="pan"/>', motor)
+    joint = drafted(desk, "motored", text).joint("pan")
+    assert (joint.effort_nm, "assumed" in joint.source) == (60.0, True)
+    assert "joints.pan.effort_nm" not in load_robot("motored").to_confirm
+
+
+def test_an_effort_that_gravity_exceeds_is_found_before_the_gate_stops_for_it(desk: Desk) -> None:
+    weak = without_gripper().replace('forcerange="-40 40"', 'forcerange="-1.5 1.5"')
+    drafted(desk, "weak", weak.replace(' gravcomp="1"', ""))
+    found = [text for subject, text in desk.findings("weak", "open") if subject == "servos"]
+    said = r"lift: gravity and friction take up to [\d.]+ N m"
+    assert [text for text in found if re.fullmatch(said, text)], found

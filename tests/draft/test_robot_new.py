@@ -211,7 +211,7 @@ def test_a_urdf_alone_brings_its_meshes_and_moves_without_physics(desk: Desk) ->
     robot = load_robot("mine")
     assert robot.joint("panda_joint1").velocity_rad_s == 2.175
     assert "joints.panda_joint1.velocity_rad_s" not in robot.to_confirm
-    assert "it has visual geometry only" in robot.to_confirm["no_collision_geometry.panda_link4"]
+    assert "it has only visual geometry" in robot.to_confirm["no_collision_geometry.panda_link4"]
     assert yaml.safe_load((desk.folder / "mine.yaml").read_text())["services"]["hal"]["run"] == (
         "hal_kinematic"
     )

@@ -49,6 +49,7 @@ class FailingBackend(KinematicBackend):
         self.refuses_resets = False
         super().__init__(load_robot("panda_mobile"))
         self.read_error: Exception | None = None
+        self.leaves_out = 0
         self.refuses_commands = False
         self.refusal = "driver: expected 7 joints, got 6"
         self.apply_error: Exception | None = None
@@ -58,7 +59,8 @@ class FailingBackend(KinematicBackend):
     def read(self) -> Measurement:
         if self.read_error is not None:
             raise self.read_error
-        return super().read()
+        whole = super().read()
+        return replace(whole, efforts=whole.efforts[self.leaves_out :])
 
     def apply(self, commands: Mapping[str, PartCommand]) -> None:
         if self.apply_error is not None and commands:

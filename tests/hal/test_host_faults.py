@@ -55,6 +55,14 @@ def test_a_read_that_fails_ends_the_ticks_stops_the_gate_and_is_said(running: Ru
     assert running.status().tick == ended_at
 
 
+def test_a_measurement_of_too_few_joints_is_told_by_its_size(running: RunningHost) -> None:
+    count = len(running.backend.read().efforts)
+    running.backend.leaves_out = 1
+    wait_until(lambda: running.status().state == "fault")
+    said = f"read(): expected efforts of {count} joints, commanded ones first, got shape "
+    assert running.stops[0].reason == f"backend fault: {said}[{count - 1}]"
+
+
 def test_a_computer_that_was_suspended_in_mid_motion_does_not_go_on(running: RunningHost) -> None:
     move_until(running, lambda: running.backend.applied[-1:] == [1])
     running.suspended_ns += 3600 * 10**9

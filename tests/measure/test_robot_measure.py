@@ -12,6 +12,7 @@ import pytest
 
 from fairlead.deploy.deployment import load_deployment
 from fairlead.deploy.registry import Registry
+from fairlead.deploy.service_spec import ServiceSpec
 from fairlead.messages import GateState
 from fairlead.modes import ControlMode
 from fairlead.paths import deployment_path, repo_root, robot_dir
@@ -118,6 +119,10 @@ def test_a_robot_that_runs_is_measured_slowly_through_its_gate(tmp_path: Path) -
 def test_after_a_gentle_drive_no_limit_is_tighter_than_declared() -> None:
     """Nobody saw what full scale does; and a stop is watched for as long as it may take."""
     driven = DrivenRobot("so101", load_deployment(deployment_path("so101_mujoco")))
+    hal = ServiceSpec(command=("python", "./arm.py"))  # as a robot that runs may have one
+    driven.deployment = driven.deployment.model_copy(
+        update={"services": driven.deployment.services | {driven.deployment.hal: hal}}
+    )
     found = document(measure_gently(driven, 0.1, lambda text: None))
     declared = driven.robot.profile(driven.profile)
     for name, block in found["proposed"]["measured"].items():
@@ -125,7 +130,7 @@ def test_after_a_gentle_drive_no_limit_is_tighter_than_declared() -> None:
         for key, proposed in block.items():
             if key != "source":
                 assert proposed >= (getattr(limits, key) or 0.0), (name, key)
-        assert "at 0.1 of full scale" in block["source"]
+        assert ", so101, python ./arm.py, at 0.1 of full scale" in block["source"]
     arm = found["proposed"]["parts"]["arm"]["joint_position"]["tracking_limits"]
     mode = declared.parts["arm"].joint_position
     assert mode is not None and list(arm) >= list(mode.tracking_limits)

@@ -62,7 +62,7 @@ BAD: dict[str, tuple[Change, str]] = {
     ),
     "a base at home": (
         put("home.positions.base_x", 0.0),
-        "home.positions: unknown base_x (valid: panda_joint1, panda_joint2, ",
+        "home.positions: joint 'base_x' has no position limits, so no home: leave it out",
     ),
     "home is nowhere": (put("home.positions.panda_joint1", math.nan), "home.positions."),
     "home from nowhere": (put("home.source", " "), "home.source: "),

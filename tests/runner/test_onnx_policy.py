@@ -19,6 +19,7 @@ from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.onnx import OnnxPolicy
 from fairlead_skill_runner.policies.onnx_files import action_names
 from fairlead_skill_runner.policy_worker import PolicyWorker
+from fairlead_tools.skills.install import policy_problems
 from tests.runner.onnx_skill import (
     DIM,
     HORIZON,
@@ -125,7 +126,20 @@ def test_another_file_of_the_same_name_is_refused(skills: Path) -> None:
     wanted = skill.policy.options["model"]["sha256"]  # type: ignore[index,call-overload]
     assert refusal(skill).startswith(f"onnx policy: {path}: expected SHA-256 {wanted}, got ")
     path.unlink()
-    assert refusal(skill) == f"onnx policy: {path}: cannot be read: No such file or directory"
+    missing = f"onnx policy: {path}: cannot be read: No such file or directory"
+    assert refusal(skill) == missing
+    (said,) = policy_problems(skill, path.parent)
+    assert said.endswith(f": policy.options: {missing}")
+
+
+def test_statistics_are_compared_before_the_skill_is_loaded(skills: Path) -> None:
+    right = statistics(install(skills, linear(WEIGHTS)))
+    skill = install(skills, linear(WEIGHTS), right)
+    assert policy_problems(skill, skills / skill.id) == []
+    right["action"]["names"][0] = "another"
+    skill = install(skills, linear(WEIGHTS), right)
+    (said,) = policy_problems(skill, skills / skill.id)
+    assert "stats.json: action.names: expected 12 names: " in said
 
 
 @pytest.mark.parametrize(

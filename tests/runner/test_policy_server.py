@@ -62,6 +62,17 @@ def test_the_policy_of_another_skill_is_refused_though_all_its_dimensions_are_th
         OpenpiPolicy.from_options(renamed, options)._close()
 
 
+def test_a_copy_of_the_skill_with_other_joints_or_scales_is_refused() -> None:
+    asked: dict[str, Any] = {"start": "-", "connect_timeout_s": 4.0, "answer_timeout_s": 4.0}
+    document = SKILL.model_dump(mode="json", exclude_none=True)
+    slot = next(one for one in document["action_contract"]["slots"] if "scale" in one)
+    slot["scale"] = np.multiply(slot["scale"], 0.5).tolist()
+    edited = SkillManifest.model_validate(document)
+    said = "\n  contracts: expected [0-9a-f]{16}, it serves "
+    with served(SKILL.id) as address, pytest.raises(PolicyError, match=said):
+        OpenpiPolicy.from_options(edited, asked | {"address": address})
+
+
 def test_a_picture_is_served_as_the_client_s_skill_declares_it_and_not_changed_again() -> None:
     skill = load_skill("bc-reach-cube")
     options: dict[str, Any] = {"start": "-", "connect_timeout_s": 4.0, "answer_timeout_s": 4.0}

@@ -79,6 +79,7 @@ def test_a_base_is_jogged_along_its_own_axes(running: ScratchRobot, tmp_path: Pa
          "part gripper: expected an arm or a base, got a gripper: fairlead teleop opens and"),
         (["jog", "w", "1"], "robot panda_mobile: expected a joint or an axis, got 'w'"),
         (["jog", "x", "1rad"], "jog: expected a way for x, as 0.05 [m], got '1rad' (valid: m, mm,"),
+        (["jog", "x", "-.1deg"], "jog: expected a way for x, as 0.05 [m], got '-.1deg' (valid: "),
         (["jog", "x", "nan"], "jog: expected a way for x, as 0.05 [m], got 'nan'"),
         (["jog", "x", "1e9"], "jog: expected a way of at most 10 m, got '1e9' [m] (valid: m, mm,"),
         (["jog", "x", "11m"], "jog: expected a way of at most 10 m, got '11m'\n"),
@@ -91,7 +92,7 @@ def test_a_base_is_jogged_along_its_own_axes(running: ScratchRobot, tmp_path: Pa
 def test_what_is_wrong_on_the_command_line_is_said_before_anything_is_armed(
     running: ScratchRobot, tmp_path: Path, words: list[str], said: str
 ) -> None:
-    done = fairlead_here(*words, "--deployment", str(running.scratch.file), state=tmp_path)
+    done = fairlead_here(*words, "-d", str(running.scratch.file), state=tmp_path)
     assert (done.returncode, done.stdout) == (1, "")
     assert said in done.stderr
     assert not running.client.gate_status().claims

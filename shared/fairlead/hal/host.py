@@ -147,7 +147,10 @@ class HalHost:
 
     def _measure_and_publish(self) -> None:
         begins = self._tick == self._episode.first_tick
-        self._before, self._measured = None if begins else self._measured, self._backend.read()
+        self._before, self._measured = (
+            None if begins else self._measured,
+            self._identity.measure(self._backend),
+        )
         now_ns = self._clock()
         self._ticks.begin(self._tick, self._backend.transforms(), now_ns)
         self._frames.send_due(self._tick, self._episode.first_tick, self._backend.snapshot)
@@ -240,7 +243,7 @@ class HalHost:
         return not self._episode.must_step and self._identity.is_still(self._measured, self._before)
 
     def _measures_still(self) -> bool:
-        before, self._measured = self._measured, self._backend.read()
+        before, self._measured = self._measured, self._identity.measure(self._backend)
         return self._identity.is_still(self._measured, before)
 
     def _housekeep(self) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fairlead.errors import ConfigError, expected
-from fairlead.hal.backend import BackendDescription, CommandCheck, Measurement
+from fairlead.hal.backend import Backend, BackendDescription, CommandCheck, Measurement
 from fairlead.hal.core import Pacing
 from fairlead.keys import Keys
 from fairlead.messages import NO_HASH, FloatArray
@@ -39,6 +39,16 @@ class HalIdentity:
     commands: CommandCheck
     interpolation: Interpolation = "linear"
     limits: bytes = b""
+
+    def measure(self, backend: Backend) -> Measurement:
+        """Raises `ConfigError` where a backend measured more or fewer joints than there are."""
+        measured, wanted = backend.read(), len(self.standstill_velocity)
+        for what in ("positions", "velocities", "efforts"):
+            shape = np.shape(getattr(measured, what))
+            if shape != (wanted,):
+                joints = f"{what} of {wanted} joints, commanded ones first"
+                raise ConfigError(expected("read()", joints, f"shape {list(shape)}"))
+        return measured
 
     def is_still(self, now: Measurement, before: Measurement | None) -> bool:
         """Whether every joint is slower than its standstill velocity, by velocity and position.

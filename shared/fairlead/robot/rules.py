@@ -143,7 +143,10 @@ class HomePose(SafetyBlock):
 def home_problems(joints: Sequence[Joint], home: HomePose) -> Iterator[str]:
     """Joints without a place to rest, with one that is none, and names of no such joint."""
     bounded = {joint.name: joint for joint in joints if joint.has_bounds}
-    yield from same_names("home.positions", bounded, home.positions)
+    endless = {joint.name for joint in joints} - set(bounded)
+    yield from same_names("home.positions", bounded, set(home.positions) - endless)
+    for name in sorted(endless & set(home.positions)):
+        yield f"home.positions: joint {name!r} has no position limits, so no home: leave it out"
     for name, position in home.positions.items():
         if name in bounded and not bounded[name].lower <= position <= bounded[name].upper:
             lower, upper = bounded[name].lower, bounded[name].upper

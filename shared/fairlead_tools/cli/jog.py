@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -24,7 +23,6 @@ from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c
 from fairlead_tools.cli.options import (
     DeploymentOption,
     choose_deployment,
-    deployment_option,
     example,
 )
 from fairlead_tools.teleop.device import InputDevice
@@ -39,9 +37,6 @@ PartOption = Annotated[
 ]
 SpeedOption = Annotated[
     float, typer.Option(min=0.02, max=1.0, help="share of the full speed by hand")
-]
-LongDeploymentOption = Annotated[  # no -d: it would take the end of -10deg
-    Path | None, deployment_option("--deployment")
 ]
 _AMOUNT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*([a-z]*)$", re.I)
 _UNITS = {"m": {"": 1.0, "m": 1.0, "mm": 1e-3, "cm": 1e-2},
@@ -109,7 +104,7 @@ def parse_amount(text: str, axis: str, unit: str) -> float:
     Raises:
         ConfigError: it is no number, has another unit, or is more than 10 m or a turn.
     """
-    found = _AMOUNT.match(text.strip())
+    found = _AMOUNT.match(text)
     factors = _UNITS[unit]
     valid = [name for name in factors if name]
     if found is None or found.group(2) not in factors:
@@ -140,14 +135,14 @@ def jog_command(
     ],
     part: PartOption = "",
     speed: SpeedOption = 0.3,
-    deployment: LongDeploymentOption = None,
+    deployment: DeploymentOption = None,
     yes: YesOption = False,
 ) -> None:
     """Move one joint, or a tool or base along one axis, by an amount; then hold.
 
     A tool moves along the axes of the first frame its deltas are given in, a base along its own.
     """
-    chosen = choose_deployment(deployment)
+    chosen, amount = choose_deployment(deployment), amount.strip()
     robot = load_robot(chosen.robot)
     drive = _drive_along(axis, robot, chosen.profile, part)
     index = drive.index(axis)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.hosts import ROUTER
@@ -25,13 +27,22 @@ EXIT_CODES = (
 Command = Callable[..., None]
 _EXAMPLES: dict[Command, str] = {}
 _NEGATIVE: set[Command] = set()
+_BELOW_ZERO = re.compile(r"-[\d.]")
+
+
+class _Signed(TyperCommand):
+    """Takes numbers below zero as arguments, where they would be read as options."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        signed = [f" {one}" if _BELOW_ZERO.match(one) else one for one in args]
+        return super().parse_args(ctx, signed)
 
 
 def example(line: str, negative: bool = False) -> Callable[[Command], Command]:
     """Say how a command is typed; its help ends with that.
 
     Args:
-        negative: an argument may be a number below zero, which is no option then.
+        negative: an argument may be a number below zero, which gets a space before its sign.
     """
 
     def remember(command: Command) -> Command:
@@ -49,7 +60,7 @@ def add_commands(app: typer.Typer, commands: Mapping[str, Command]) -> None:
         app.command(
             name=name,
             epilog=f"Example: {_EXAMPLES[command]}  --  {EXIT_CODES}",
-            context_settings={"ignore_unknown_options": command in _NEGATIVE},
+            cls=_Signed if command in _NEGATIVE else None,
         )(command)
 
 

@@ -79,7 +79,7 @@ def new_command(
         echo(f"hal_mujoco cannot move it yet: {first}")
         if more:
             echo(f"  and {len(more)} more: fairlead robot check {name}")
-        echo(f"{file} runs {drafted.hal}, without physics, until then")
+        echo(f"{file} runs {drafted.hal}, without physics or true tool motions, until then")
     echo(f"next: fairlead robot check {name}; fairlead up {file}")
 
 

@@ -145,7 +145,8 @@ def check_hal(
                 found.rows.append(row)
             found.rows.append(SPEAKS.row([], f"{len(stage.states.order)} states"))
         except (SilentHalError, NoAnswerError) as error:
-            found.rows.append(SPEAKS.row([str(error)], ""))
+            stops = [f"stop by {one.by}: {one.reason}" for one in stage.gate.heard_stops.values()]
+            found.rows.append(SPEAKS.row(["; ".join([str(error), *stops])], ""))
         finally:
             stage.control.close()
         found.rows += _of_all_states(stage)

@@ -32,7 +32,7 @@ VELOCITY_FACTOR = 2.0
 MAP = "map joints by name in apply() and read()"
 ORDER = Check(
     "joint order", "the joint that is told moves, the others by less than half of that",
-    "robot.yaml: parts; half: own choice", MAP,
+    "robot.yaml: parts; half: own choice", f"{MAP}, and command SI units",
 )  # fmt: skip
 SIGN = Check(
     "joint sign", "told to grow, a joint grows", "robot.yaml, URDF axes",
@@ -190,10 +190,10 @@ class JointCheck:
         others[others <= 2.0 * self._stage.encoder[: len(others)]] = 0.0
         most = int(np.argmax(others))
         if size < LEAST * self._least_gain() * abs(one.told):
-            return (
-                f"{name}: told {one.told:+.3g}, moved {one.moved[one.joint]:+.3g}; most moved "
-                f"{self._name(most)} {one.moved[most]:+.3g}"
-            )
+            moved = f"{name}: told {one.told:+.3g}, moved {one.moved[one.joint]:+.3g}"
+            is_other = others[most] > size
+            other = f"{self._name(most)} moved {one.moved[most]:+.3g}" if is_other else "no other"
+            return f"{moved}; {other}"
         if others[most] > OTHERS * size:
             moved = f"{self._name(most)} {one.moved[most]:+.3g}"
             return f"{name}: moved {one.moved[one.joint]:+.3g}, and {moved} with it"

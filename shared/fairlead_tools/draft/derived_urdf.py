@@ -150,7 +150,22 @@ def effort_limit(source: SourceModel, joint: int) -> float | None:
         for one in source.actuators(joint)
         if model.actuator_forcelimited[one]
     ]
+    found += [
+        float(np.abs(model.actuator_ctrlrange[one]).max() * _motor_gain(model, one))
+        for one in source.actuators(joint)
+        if model.actuator_ctrllimited[one] and _motor_gain(model, one) > 0.0
+    ]
     return min(found, default=None)
+
+
+def _motor_gain(model: mujoco.MjModel, actuator: int) -> float:
+    """Effort of a joint for each unit that its motor is told; 0 of what is no mere motor."""
+    is_motor = (
+        model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
+        and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE
+    )
+    gain = abs(model.actuator_gainprm[actuator, 0] * model.actuator_gear[actuator, 0])
+    return float(gain) if is_motor else 0.0
 
 
 def is_position_servo(model: mujoco.MjModel, actuator: int) -> bool:

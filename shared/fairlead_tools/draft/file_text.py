@@ -36,7 +36,10 @@ SERVICES = ("safety", "state_assembler", "runner")
 def deployment_text(robot: str, hal: str, missing: Sequence[str]) -> str:
     """The file's text."""
     told = "".join(f"# {line}\n" for one in missing for line in one.splitlines())
-    why = f"# The HAL is {hal}, without physics, until hal_mujoco can move the robot:\n" + told
+    why = (
+        f"# The HAL is {hal}, without physics or true tool motions, until hal_mujoco can move it:\n"
+        + told
+    )
     runs = {"hal": hal, **{name: name for name in SERVICES}, "runner": "skill_runner"}
     head = (
         f"# {robot}, every service on this machine, in lockstep: fairlead up {robot}.yaml\n"

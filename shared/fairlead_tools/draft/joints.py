@@ -214,8 +214,8 @@ def servo_lag_s(source: SourceModel, joint: int) -> float:
     return max(0.0, damping / float(model.actuator_gainprm[servo, 0]))
 
 
-def gravity_sags(source: SourceModel) -> dict[int, float]:
-    """How far gravity and friction push each joint off its target: the most of random poses."""
+def gravity_efforts(source: SourceModel) -> dict[int, float]:
+    """What gravity and friction take of each joint: the most of random poses [N m or N]."""
     model, data = source.model, mujoco.MjData(source.model)
     rng, force = np.random.default_rng(0), np.zeros(model.nv)
     for _ in range(_POSES):
@@ -225,13 +225,15 @@ def gravity_sags(source: SourceModel) -> dict[int, float]:
             data.qpos[model.jnt_qposadr[joint]] = rng.uniform(low, high)
         mujoco.mj_forward(model, data)
         force = np.maximum(force, np.abs(data.qfrc_bias - data.qfrc_gravcomp))
-    found = {}
-    for joint in source.joints:
-        servo, dof = _servo(source, joint), int(model.jnt_dofadr[joint])
-        if servo is not None:
-            needed = float(force[dof] + model.dof_frictionloss[dof])
-            found[joint] = needed / float(model.actuator_gainprm[servo, 0])
-    return found
+    dofs = {joint: int(model.jnt_dofadr[joint]) for joint in source.joints}
+    return {one: float(force[dof] + model.dof_frictionloss[dof]) for one, dof in dofs.items()}
+
+
+def gravity_sags(source: SourceModel) -> dict[int, float]:
+    """How far gravity and friction push each joint off its servo's target [rad or m]."""
+    servos = {joint: _servo(source, joint) for joint in source.joints}
+    gains, efforts = source.model.actuator_gainprm, gravity_efforts(source)
+    return {one: efforts[one] / float(gains[at, 0]) for one, at in servos.items() if at is not None}
 
 
 def _rounded(value: float) -> float:

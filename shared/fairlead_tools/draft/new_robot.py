@@ -182,14 +182,14 @@ def _written(asked: Asked, folder: Path, draft: DraftRobot) -> RobotManifest:
 
 
 def _with_bare_links(draft: DraftRobot, shape: RobotShape) -> DraftRobot:
-    """Declare the links without a shape; one that is only drawn is for a person to look at."""
+    """Declare the links without a shape; one that has some geometry is for a person to look at."""
     swept = {link.name for link in shape.tree.links if is_swept(shape.robot, shape.tree, link)}
     bare = [one for one in shape.tree.frames if one not in shape.geometry and one not in swept]
     drawn = drawn_links(shape.robot, shape.source)
-    why = {one: "only visual geometry" if one in drawn else "a frame" for one in bare}
+    why = {one: drawn.get(one, "a frame") for one in bare}
     open_ = {
-        f"no_collision_geometry.{one}": "it has visual geometry only, so no capsule: give it "
-        "collision geometry, or say why it needs none"
+        f"no_collision_geometry.{one}": f"it has {drawn[one]}, so no capsule: give it collision "
+        f"geometry in {shape.source.name}, or say why it needs none"
         for one in bare if one in drawn
     }  # fmt: skip
     return replace(draft, bare=why, open={**draft.open, **open_})

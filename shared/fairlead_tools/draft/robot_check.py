@@ -168,8 +168,8 @@ def _of_shape(robot: RobotManifest) -> Iterator[Finding]:
         if link in covered or link in swept:
             continue
         why, seen = robot.no_collision_geometry.get(link), link in drawn
-        has = "only visual geometry" if seen and link not in shape.geometry else "no capsule"
-        fix = f"give it collision geometry, then: {again}"
+        has = drawn[link] if seen and link not in shape.geometry else "no capsule"
+        fix = f"give it collision geometry in {shape.source.name}, then: {again}"
         if why is None:
             yield Finding("capsules", MISSING, f"{link}: {has}", f"{fix}; or say why it needs none")
         elif seen:

@@ -21,7 +21,7 @@ def document(found: Measurement) -> dict[str, Any]:
     return {
         "robot": driven.robot.id,
         "deployment": driven.deployment.id,
-        "hal": driven.deployment.services[driven.deployment.hal].run,
+        "hal": driven.deployment.services[driven.deployment.hal].what,
         "profile": driven.profile,
         "ticks": found.ticks,
         "contacts_at_rest": found.contacts,
@@ -150,7 +150,7 @@ def proposed(found: Measurement) -> dict[str, Any]:
     After a gentle drive none is tighter than what is declared, which may be of full scale.
     """
     driven, robot = found.driven, found.driven.robot
-    hal = driven.deployment.services[driven.deployment.hal].run
+    hal = driven.deployment.services[driven.deployment.hal].what
     source = f"measured: fairlead robot measure {robot.id}, {driven.deployment.id}, {hal}"
     if found.share < 1.0:
         source += f", at {found.share:g} of full scale, no tighter than declared before"

@@ -154,11 +154,15 @@ Carrier = tuple[str, FloatArray, FloatArray]
 _WHO = "robot capsules"
 
 
-def drawn_links(robot: RobotManifest, source: GeometrySource) -> set[str]:
-    """Links that have geometry of any kind, also if nothing can collide with it."""
-    seen = {link for body, (link, *_) in source.carriers.items() if source.model.body_geomnum[body]}
+def drawn_links(robot: RobotManifest, source: GeometrySource) -> dict[str, str]:
+    """Links that have geometry of any kind; and what that is where no capsule is fitted to it."""
+    bodies = source.carriers.items()
+    drawn = {link for body, (link, *_) in bodies if source.model.body_geomnum[body]}
     links = ET.parse(robot.description_path()).getroot().findall("link")  # noqa: S314 - its own
-    return seen | {one.get("name", "") for one in links if one.find("visual") is not None}
+    has = {kind: {one.get("name", "") for one in links if one.find(kind) is not None}
+           for kind in ("visual", "collision")}  # fmt: skip
+    only = dict.fromkeys(drawn | has["visual"], "only visual geometry")
+    return only | dict.fromkeys(has["collision"], "collision geometry only in its URDF")
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def policy_problems(skill: SkillManifest, folder: Path) -> list[str]:
     from fairlead_skill_runner import check_policy_options
 
     try:
-        check_policy_options(skill, locator(folder / "rskill.yaml"))
+        check_policy_options(skill, locator(folder / "rskill.yaml"), folder)
     except ConfigError as error:
         return [str(error)]
     return []

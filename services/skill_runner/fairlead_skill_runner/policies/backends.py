@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from pydantic import JsonValue
 
@@ -68,13 +69,16 @@ def make_policy(
     return policy
 
 
-def check_policy_options(skill: SkillManifest, locate: Locate = nowhere) -> None:
+def check_policy_options(
+    skill: SkillManifest, locate: Locate = nowhere, folder: Path | None = None
+) -> None:
     """Let a skill's policy pass if its backend is known and its options fit.
 
     No policy is loaded, no server asked, no file of the skill run.
 
     Args:
         locate: says the line of a place in the skill's manifest.
+        folder: the skill's; its files are compared with the options too.
 
     Raises:
         ConfigError: naming every option that does not fit, or the backends there are.
@@ -83,6 +87,8 @@ def check_policy_options(skill: SkillManifest, locate: Locate = nowhere) -> None
     _check_states(found, skill, skill.policy.backend, locate)
     try:
         getattr(found, "check_options", _unchecked)(skill, skill.policy.options)
+        if folder is not None:
+            getattr(found, "check_files", _unchecked)(skill, skill.policy.options, folder)
     except MisfitError as error:
         raise ConfigError(f"policy.options: {error.located(of_options(locate))}") from None
     except ConfigError as error:
@@ -97,7 +103,7 @@ def _check_states(found: type[Policy], skill: SkillManifest, backend: str, locat
         raise ConfigError(expected(who, wanted, list(skill.state_contract.deltas)))
 
 
-def _unchecked(skill: SkillManifest, options: Mapping[str, JsonValue]) -> None:
+def _unchecked(*_: object) -> None:
     """What a policy that checks nothing beforehand says of its options."""
 
 

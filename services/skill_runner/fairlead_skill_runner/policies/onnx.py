@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -77,6 +78,13 @@ class OnnxPolicy:
         check_onnx_options(skill, options)
 
     @classmethod
+    def check_files(
+        cls, skill: SkillManifest, options: Mapping[str, JsonValue], folder: Path
+    ) -> None:
+        """Raises `ConfigError` for files that are missing, others, or do not fit the skill."""
+        _read_files(folder, check_onnx_options(skill, options), skill)
+
+    @classmethod
     def from_options(cls, skill: SkillManifest, options: Mapping[str, JsonValue]) -> Self:
         """Read the files, compare inputs and output with the skill's contracts, run once.
 
@@ -85,10 +93,7 @@ class OnnxPolicy:
             PolicyError: if the network fails or says anything but rows of finite numbers.
         """
         checked, folder = check_onnx_options(skill, options), rskill_dir(skill.id)
-        data = checked.model.read(folder)
-        normalisers = None
-        if checked.statistics is not None:
-            normalisers = read_normalisers(folder, checked.statistics, skill)
+        data, normalisers = _read_files(folder, checked, skill)
         session = _session(str(folder / checked.model.file), data)
         _check_inputs(session, wanted_inputs(skill, checked))
         _check_output(session, checked, skill)
@@ -122,6 +127,13 @@ class OnnxPolicy:
 
     def reset(self) -> None:
         """Nothing to forget."""
+
+
+def _read_files(
+    folder: Path, options: OnnxOptions, skill: SkillManifest
+) -> tuple[bytes, tuple[Normaliser, Normaliser] | None]:
+    data, statistics = options.model.read(folder), options.statistics
+    return data, None if statistics is None else read_normalisers(folder, statistics, skill)
 
 
 def check_onnx_options(skill: SkillManifest, options: Mapping[str, JsonValue]) -> OnnxOptions:

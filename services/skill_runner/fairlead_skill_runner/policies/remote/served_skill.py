@@ -5,6 +5,7 @@ openpi's own servers tell nothing of the kind: a probe observation shows their w
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 
 from fairlead.errors import PolicyError, expected
@@ -17,7 +18,11 @@ Told = dict[str, str | int | float]
 
 
 def told_of(skill: SkillManifest) -> Told:
-    """Dimensions are numbers in a vector, horizon and execute_steps rows."""
+    """Dimensions are numbers in a vector, horizon and execute_steps rows.
+
+    contracts: begins the SHA-256 of both, which say what each number is.
+    """
+    contracts = skill.state_contract.model_dump_json() + skill.action_contract.model_dump_json()
     return {
         "skill": skill.id,
         "version": skill.version,
@@ -27,6 +32,7 @@ def told_of(skill: SkillManifest) -> Told:
         "horizon": skill.horizon,
         "execute_steps": skill.execute_steps,
         "rate_hz": skill.rate_hz,
+        "contracts": hashlib.sha256(contracts.encode()).hexdigest()[:16],
     }
 
 
@@ -46,7 +52,7 @@ def check_served(
         raise PolicyError(expected(who, f"{KEY} as a map from {address}", type(told).__name__))
     if serves:
         ours["skill"] = serves
-        del ours["version"]
+        del ours["version"], ours["contracts"]
     differs = [
         f"{name}: expected {value}, it serves {told[name]}"
         for name, value in ours.items()
