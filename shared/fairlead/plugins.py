@@ -9,6 +9,7 @@ imported when it is used, so a package that is broken is in nobody's way until t
 from __future__ import annotations
 
 import functools
+import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, distributions
@@ -18,6 +19,7 @@ from pathlib import Path
 from fairlead.errors import ConfigError, expected
 
 _MARK = "[fairlead."
+_LOG = logging.getLogger("fairlead.plugins")
 
 
 @dataclass(frozen=True)
@@ -145,12 +147,16 @@ def _registered() -> tuple[tuple[str, EntryPoint], ...]:
     """Every entry point of ours with its package; read once a process."""
     found: dict[str, list[tuple[str, EntryPoint]]] = {}
     for distribution in distributions():
-        if _MARK in (distribution.read_text("entry_points.txt") or ""):
-            name = distribution.metadata["Name"]
-            package = f"{name} {distribution.version}"
-            # The first on the path is the one that is imported; others are older copies.
-            entries = [(package, entry) for entry in distribution.entry_points]
-            found.setdefault(name.lower().replace("_", "-"), entries)
+        try:
+            if _MARK in (distribution.read_text("entry_points.txt") or ""):
+                name = distribution.metadata["Name"]
+                package = f"{name} {distribution.version}"
+                # The first on the path is the one that is imported; others are older copies.
+                entries = [(package, entry) for entry in distribution.entry_points]
+                found.setdefault(name.lower().replace("_", "-"), entries)
+        except Exception as error:  # noqa: BLE001 - half removed, say; of whatever kind
+            where = getattr(distribution, "_path", distribution.locate_file(""))
+            _LOG.warning("%s: not read, install or remove that package anew: %r", where, error)
     return tuple(one for entries in found.values() for one in entries)
 
 

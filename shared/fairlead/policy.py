@@ -117,6 +117,7 @@ class Observation:
     delay_ticks: control periods from an observation to the first row of its answer that can act,
         as it was the last time; 1 before that.
     earlier: the state at the ``deltas`` of the state contract before 0, ``[T - 1, dim]``.
+    periods: control periods for one row.
     """
 
     tick: int
@@ -129,6 +130,7 @@ class Observation:
     answers: tuple[PastAnswer, ...] = ()
     delay_ticks: int = 1
     earlier: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    periods: int = 1
 
     @property
     def states(self) -> FloatArray:
@@ -139,11 +141,6 @@ class Observation:
         """One picture at all its deltas, ``[T, ...]``, oldest first."""
         frames = self.frames.get(name)
         return self.images[name][None] if frames is None else frames
-
-    @property
-    def periods(self) -> int:
-        """Control periods for one row, as the newest answer has it; 1 before the first."""
-        return self.answers[-1].periods if self.answers else 1
 
     def rows_to_act(self) -> Actions:
         """Released rows that have not acted yet, in the order of their ticks: ``[n, dim]``.
@@ -162,8 +159,7 @@ class Observation:
         verdict counts as released, from the next period on. An answer's first n rows are too late,
         so a policy that chunks in real time repeats these and goes on.
         """
-        periods = self.periods
-        ticks = range(self.tick, self.tick + self.delay_ticks + 1, periods)
+        ticks = range(self.tick, self.tick + self.delay_ticks + 1, self.periods)
         rows = list(takewhile(lambda row: row is not None, map(self._row_at, ticks)))
         return np.array(rows, np.float32) if rows else np.zeros((0, 0), np.float32)
 

@@ -12,6 +12,7 @@ import pytest
 
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry
+from fairlead.paths import repo_root
 from tests.cli.command import fairlead
 
 pytestmark = pytest.mark.processes
@@ -31,6 +32,7 @@ while True:
 """
 """Replaces what is listed by something else while it is being ended."""
 
+FILE = repo_root() / "compose" / "panda_mujoco.yaml"
 ENDED = ProcessId(0, 0)  # nobody has this number
 
 
@@ -80,7 +82,18 @@ def test_what_its_supervisor_started_while_it_was_ended_is_ended_too(
     tmp_path: Path, bystander: subprocess.Popen[bytes]
 ) -> None:
     last = Running("r", "r.yaml", str(tmp_path), ENDED, service(started(bystander)))
-    assert down(tmp_path, service(ENDED), last) == "stopped r and 1 leftover processes\n"
+    assert down(tmp_path, service(ENDED), last) == "stopped r and 1 leftover process\n"
+    assert bystander.wait(timeout=10.0) != 0
+
+
+def test_what_somebody_started_by_hand_is_named_as_that(
+    tmp_path: Path, bystander: subprocess.Popen[bytes]
+) -> None:
+    by_hand = {"runner": ServiceEntry(started(bystander), True, 0, by_hand=True)}
+    registry = Registry(tmp_path / "state")
+    registry.write_by_hand("runner", Running("r", str(FILE), str(tmp_path), None, by_hand), False)
+    done = fairlead("down", "r", state=tmp_path / "state")
+    assert done.stdout == "stopped r and runner (started by hand)\n", done.stderr
     assert bystander.wait(timeout=10.0) != 0
 
 

@@ -1,4 +1,4 @@
-"""``fairlead home`` says which joints it left where they are."""
+"""``fairlead home`` moves joints to where they rest, and says which it left where they are."""
 
 from __future__ import annotations
 
@@ -10,9 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fairlead.deploy.registry import Registry
+from fairlead.messages import floats
+from fairlead.paths import repo_root
 from fairlead.robot.manifest import load_robot
 from fairlead.robot.rules import HomePose
 from fairlead_tools.cli import jog
+from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from tests.cli.command import fairlead
 
 KINOVA = load_robot("kinova3")
 BOUNDED = [joint.name for joint in (*KINOVA.joints, *KINOVA.passive_joints) if joint.has_bounds]
@@ -34,3 +39,34 @@ def test_joints_without_a_home_stay_where_they_are_and_are_named(
         "arm is home but for joint_1, joint_3, joint_5, joint_7: without a home in robot.yaml, "
         "left where it was\n"
     )
+
+
+@pytest.mark.processes
+@pytest.mark.timeout(120)
+@pytest.mark.parametrize(
+    ("name", "joint"),
+    [("panda", "panda_joint4"), ("dual_panda", "right_joint4"), ("kinova3", "joint_4")],
+)
+def test_a_shipped_deployments_robot_goes_home_after_a_joint_was_jogged(
+    name: str, joint: str, tmp_path: Path
+) -> None:
+    robot = load_robot(name)
+    scratch = make_scratch(
+        repo_root() / "compose" / f"{name}_mujoco.yaml", tmp_path / "state", ScratchOptions()
+    )
+    with scratch_robot(scratch, Registry(tmp_path / "registry")) as running:
+
+        def do(*words: str) -> float:
+            where = ("--deployment", str(scratch.file))
+            done = fairlead(words[0], *where, *words[1:], state=tmp_path)
+            assert done.returncode == 0, done.stderr
+            with running.client.joint_states(queue=1) as states:
+                state = states.next(5.0)
+            assert state is not None
+            return float(floats(state.positions)[robot.joint_names.index(joint)])
+
+        jogged_rad, home_rad = do("jog", joint, "10deg"), do("home")
+    assert robot.home is not None
+    rest_rad = robot.home.positions[joint]
+    assert jogged_rad > rest_rad + 0.1  # an episode starts within 0.05 rad of home
+    assert home_rad == pytest.approx(rest_rad, abs=2e-3)

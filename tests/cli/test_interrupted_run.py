@@ -11,7 +11,10 @@ from pathlib import Path
 import pytest
 
 from bench.equipment.live_robot import wait_for
+from fairlead.errors import RefusedError
 from fairlead.messages import GateState
+from fairlead.operate.client import RobotClient
+from fairlead_tools.cli.arming import armed
 from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.cli.command import fairlead_command, fairlead_environment
 from tests.cli.kinematic_panda import SKILL, kinematic_panda
@@ -84,6 +87,20 @@ def test_where_the_runner_does_not_confirm_the_robot_is_stopped_and_the_run_says
         assert gate.stop_ids == (int(said.group(1), 16),)
     finally:
         subprocess.run(["kill", "-CONT", str(pid)], check=True)
+
+
+def test_of_two_runs_the_one_that_armed_and_is_refused_leaves_the_disarming_to_the_other(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    with RobotClient(robot.scratch.deployment, by="fairlead run") as refused:
+        with pytest.raises(RefusedError, match="is still running"), armed(refused):
+            other = run_until_it_moves(robot, tmp_path / "registry")  # it finds the gate armed
+            refused.run(SKILL)
+        assert robot.client.gate_status().state == GateState.ARMED
+    other.send_signal(signal.SIGINT)
+    said, errors = other.communicate(timeout=30.0)
+    assert (other.returncode, "cancelled" in said) == (130, True), said + errors
+    assert robot.client.gate_status().state == GateState.DISARMED
 
 
 def test_a_run_without_any_output_ends_as_others_do_and_disarms(

@@ -150,6 +150,7 @@ def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path
         done = fairlead(*words, state=state)
         assert done.returncode == 0, done.stderr
         assert f"[up] {name} is up; state and logs: " in done.stdout
+        assert [line for line in done.stdout.splitlines() if "ignored" in line] == []
         assert f"stop it: fairlead down {name}\n" in done.stdout
         assert f"fairlead logs -f -d {name}\n" in done.stdout
         again = fairlead(*words, state=state)

@@ -172,19 +172,29 @@ def test_run_leaves_a_robot_armed_that_it_did_not_arm(up: Up) -> None:
     assert up.read("status")["gate"]["state"] == "armed"
 
 
-def test_up_whose_reader_goes_away_ends_and_leaves_no_process(tmp_path: Path) -> None:
+@pytest.mark.parametrize("errors", ["terminal", "the same pipe"])
+def test_up_whose_reader_goes_away_says_so_and_ends_and_leaves_no_process(
+    tmp_path: Path, errors: str
+) -> None:
     options = ScratchOptions(f"piped{os.getpid()}", hal=LIGHT_HAL)
     scratch = make_scratch(SOURCE, tmp_path / "piped", options)
     with subprocess.Popen(
         fairlead_command("up", str(scratch.file), "--state-dir", str(scratch.state_dir)),
         env=fairlead_environment(tmp_path / "registry"),
         stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE if errors == "terminal" else subprocess.STDOUT,
         text=True,
     ) as up:
         assert up.stdout is not None
         up.stdout.readline()
         up.stdout.close()
+        said = up.stderr.read() if up.stderr is not None else ""
         assert up.wait(timeout=60.0) == 0
+    if errors == "terminal":
+        assert said.splitlines()[-1] == f"[up] stopped {options.id}; no process is left"
+        assert "[up] what read these lines has gone, so it ends; " in said
+    log = (scratch.state_dir / "logs" / "up.log").read_text(encoding="utf-8")
+    assert "INFO up: what read these lines has gone, so it ends; " in log
     assert pids_that_mention(scratch.state_dir) == []
 
 

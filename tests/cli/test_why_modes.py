@@ -27,6 +27,9 @@ PASSES = "passes  the whole chunk, asked of this gate with "
 FOUND_WITHIN, ROUNDED = 1.002, 1 - 1e-6
 """A share is told with four digits, rounded down: times the first it does not pass any more."""
 
+A_BIT_MORE = float(np.nextafter(0.08, 1.0))
+"""Than the limit of an opening: six digits of both are the same."""
+
 
 def joints(mode: ControlMode, part: str, first: float) -> Rows:
     return lambda scene, share: per_joint(scene, part, mode, first * share)
@@ -60,6 +63,11 @@ def part_of(
 ) -> ActionPart:
     values = pack_floats(np.array([row, row]))
     return ActionPart(part=part, mode=mode, frame_id=frame, values=values, active=active)
+
+
+def first_opening(_: Scene, opening_m: float) -> ActionPart:
+    rows = [np.array([opening_m]), np.array([0.04])]
+    return action("left_gripper", ControlMode.GRIPPER_POSITION, rows)
 
 
 TWO_ARMED: dict[str, tuple[Rows, str, str]] = {
@@ -106,6 +114,11 @@ TWO_ARMED: dict[str, tuple[Rows, str, str]] = {
     "gripper_position": (
         same_rows("left_gripper", ControlMode.GRIPPER_POSITION, [0.2]),
         "left_gripper opening is 0.2 m, limit 0.08 m, 0.12 m beyond it",
+        "every number of left_gripper times {share} about the measured position",
+    ),
+    "a rounding fault in every row": (
+        same_rows("left_gripper", ControlMode.GRIPPER_POSITION, [A_BIT_MORE]),
+        f"left_gripper opening is {A_BIT_MORE!r} m, limit 0.08 m",
         "every number of left_gripper times {share} about the measured position",
     ),
 }
@@ -166,6 +179,7 @@ def two_armed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Refusals]:
     refusals = Refusals(scene, folder)
     for name, (rows, _, _) in TWO_ARMED.items():
         refusals.ask(name, rows(scene, 1.0))
+    refusals.ask("one row", first_opening(scene, A_BIT_MORE))
     scene.silence()
     assert scene.gate.stop() == 0
     yield refusals
@@ -182,6 +196,18 @@ def test_a_refusal_says_its_numbers_with_their_unit_and_the_most_that_would_have
     share = told_share(said, passes)
     if share is not None:
         assert_the_most_that_passes(two_armed_scene, TWO_ARMED[name][0], share, tmp_path)
+
+
+def test_of_a_rounding_fault_in_one_row_the_number_is_told_that_passes(
+    two_armed: Refusals, tmp_path: Path
+) -> None:
+    where = "left_gripper opening in row 0"
+    told = f"{PASSES}{where} at (.*) m instead of {A_BIT_MORE!r} m\n"
+    found = re.search(told, two_armed.why("one row"))
+    assert found, two_armed.why("one row")
+    with closing(two_armed_scene(tmp_path)) as scene:
+        passing = judged(scene, first_opening(scene, float(found[1])))
+    assert passing.outcome == Outcome.RELEASED
 
 
 def mobile_scene(folder: Path) -> Scene:

@@ -93,5 +93,5 @@ def test_a_hal_that_measures_in_degrees_is_warned_of_by_status(tmp_path: Path) -
         client.wait_gate_follows(30.0)
         said = fairlead("status", "-d", str(scratch.file), "--json", state=scratch.state_dir)
     warnings = json.loads(said.stdout)["warnings"]
-    elbow = "measured outside its limits: panda_joint4: -90 rad, declared -3.0718 to -0.0698; "
+    elbow = "measured outside its limits: panda_joint4: -126 rad, declared -3.0718 to -0.0698; "
     assert any(one.startswith(elbow) for one in warnings), warnings

@@ -55,6 +55,17 @@ def test_a_package_whose_folder_is_gone_is_in_nobodys_way(tmp_path: Path) -> Non
 
 
 @pytest.mark.processes
+def test_a_package_that_is_half_removed_is_told_and_in_nobodys_way(tmp_path: Path) -> None:
+    install(tmp_path, "acme-data", {"fairlead.data": {"acme": "acme_data"}}, {})
+    info = tmp_path / "acme_data-1.2.dist-info"
+    (info / "METADATA").unlink()
+    done = fairlead(tmp_path, "--version")
+    assert (done.returncode, done.stdout.count("acme")) == (0, 0), done.stderr
+    [told] = done.stderr.splitlines()
+    assert told.startswith(f"{info}: not read, install or remove that package anew: ")
+
+
+@pytest.mark.processes
 def test_a_robot_that_two_packages_bring_is_refused_with_both(tmp_path: Path) -> None:
     with_data(tmp_path)
     with_data(tmp_path, "other-data", "other_data")

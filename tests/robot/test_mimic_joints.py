@@ -40,6 +40,7 @@ def panda(tmp_path: Path, mimic: str = MIMIC, tool: str = "panda_hand_tcp") -> E
     data["end_effectors"] = [data["end_effectors"][0] | {"tool_frame": tool}]
     del data["safety"]["sim"]["measured"]["panda_finger_joint2"]
     del data["simulator"]["joints"]["panda_finger_joint2"]
+    del data["home"]["positions"]["panda_finger_joint2"]
     return Elsewhere.model_validate(data)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fairlead.errors import ConfigError
-from fairlead.policy import Done, Executed, Failed, Observation, PastAnswer
+from fairlead.policy import Done, Executed, Failed, Observation
 from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.robot.surroundings import BaseSurroundings, zone_breach
 from fairlead.skill.manifest import SkillManifest, load_skill
@@ -134,8 +134,7 @@ def test_rows_of_several_periods_go_on_with_the_rates_of_the_row_that_acts() -> 
     driving = policy()
     first = driving.infer(seen("1.5 0 0", tick=10))
     assert isinstance(first, np.ndarray)
-    answer = PastAnswer(10, first, 2, "released", *np.zeros((3, len(first)), np.bool_))
-    second = driving.infer(replace(seen("1.5 0 0", tick=18), answers=(answer,)))
+    second = driving.infer(replace(seen("1.5 0 0", tick=18), periods=2))
     assert isinstance(second, np.ndarray)
     np.testing.assert_array_equal(second[0], first[4])  # from row 3 on
 

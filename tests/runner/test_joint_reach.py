@@ -10,7 +10,7 @@ import pytest
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.messages import FloatArray
-from fairlead.policy import Actions, Done, Executed, Observation, PastAnswer
+from fairlead.policy import Actions, Done, Executed, Observation
 from fairlead.skill.manifest import load_skill
 from fairlead_skill_runner.policies.joint_reach import ACCELERATION_RAD, JointReachPolicy
 from tests.runner.scripted_robot import SKILL as TWELVE_WIDE
@@ -61,8 +61,7 @@ def test_rows_of_several_periods_go_on_with_the_row_that_acts() -> None:
     """Of a skill of half the control rate: four rows are over after eight ticks."""
     reaching = policy()
     first = rows_of(reaching, seen(10, START))
-    answer = PastAnswer(10, first, 2, "released", *np.zeros((3, len(first)), np.bool_))
-    second = rows_of(reaching, replace(seen(18, START), answers=(answer,)))
+    second = rows_of(reaching, replace(seen(18, START), periods=2))
     np.testing.assert_array_equal(second[:12], first[4:])
 
 

@@ -14,7 +14,7 @@ from fairlead.policy import Done, Observation
 from fairlead_skill_runner.policies.constant import ConstantPolicy
 from fairlead_skill_runner.policies.replay import ReplayPolicy
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter, read_trace
-from tests.runner.scripted_robot import SKILL
+from tests.runner.scripted_robot import SKILL, story
 
 SEEN = Observation(tick=1, state=np.zeros(30), prompt="")
 
@@ -51,6 +51,19 @@ def test_constant_goes_through_its_phases_and_is_done() -> None:
         assert isinstance(policy.infer(Observation(17, np.zeros(30), "")), np.ndarray)
         assert policy.infer(Observation(18, np.zeros(30), "")) == Done("every phase is over")
         policy.reset()
+
+
+def test_phases_are_counted_in_ticks_from_the_first_answer_on_whatever_a_row_lasts() -> None:
+    """A skill at half the control rate, asked as its runner asks."""
+    phases: list[JsonValue] = [
+        {"row": [value] * 12, "ticks": ticks} for value, ticks in ((0.5, 6), (-0.5, 8))
+    ]
+    policy = ConstantPolicy.from_options(SKILL, {"phases": phases})
+    run = story(lockstep=False, periods=2)
+    run.tick(11)
+    actions = policy.infer(run.asked[-1].observation)
+    assert isinstance(actions, np.ndarray)
+    assert actions[:, 0].tolist() == [0.5] * 3 + [-0.5] * 5
 
 
 @pytest.mark.parametrize(

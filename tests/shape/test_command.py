@@ -13,7 +13,7 @@ from fairlead.robot.manifest import load_robot
 from tests.cli.command import fairlead_here as fairlead
 from tests.shape.own_robot import NAME, own_robot
 
-HOME = 'key name="home" qpos="0 -0.3 0 -2.2 0 2.0 0.785 0.04 -0.04"'
+HOME = "panda_joint4: -2.2\n    panda_joint5: 0.0\n    panda_joint6: 2.0\n"
 
 
 def test_it_writes_the_file_and_the_picture_and_the_file_is_current(
@@ -63,8 +63,8 @@ def test_check_says_what_is_wrong_draws_it_and_leaves_the_file(
 def test_a_robot_whose_rest_is_a_collision_is_refused_by_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folded = HOME.replace("-2.2 0 2.0", "-3.0 0 0.2")
-    folder = own_robot(tmp_path, monkeypatch, xml=(HOME, folded))
+    folded = HOME.replace("-2.2", "-3.0").replace("2.0", "0.2")
+    folder = own_robot(tmp_path, monkeypatch, yaml=(HOME, folded))
     before = (folder / "capsules.yaml").read_text()
     done = fairlead("robot", "capsules", NAME, state=tmp_path)
     assert done.returncode == 1

@@ -28,7 +28,7 @@ def shape_of(
     folder = own_robot(tmp_path, monkeypatch, urdf=(LINK, link))
     (folder / "mine.xml").unlink()
     tetrahedron(folder / "solid.stl")
-    robot = load_robot(NAME)
+    robot = load_robot(NAME).model_copy(update={"home": None})
     return RobotShape(robot, geometry_source(robot, None))
 
 

@@ -69,7 +69,7 @@ def test_a_new_skill_sees_an_arm_of_any_number_of_joints() -> None:
     panda = load_robot("panda")
     arm = panda.part("arm")
     short = arm.model_copy(update={"joints": arm.joints[:5]})
-    robot = panda.model_copy(update={"parts": (short,), "passive_joints": ()})
+    robot = panda.model_copy(update={"parts": (short,), "passive_joints": (), "home": None})
     state = yaml.safe_load(skill_skeleton("mine", robot)["rskill.yaml"])["state_contract"]
     assert state == {
         "dim": 6,

@@ -113,6 +113,7 @@ class GateFeedback:
             judged=self.judged,
             answers=tuple(self._past(asked, tick) for asked in sorted(self._answers)),
             delay_ticks=delay_ticks,
+            periods=self._periods,
         )
 
     def _past(self, asked: int, now_tick: int) -> PastAnswer:

@@ -120,6 +120,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
     judged: Judged | None
     answers: tuple[Past, ...]
     delay_ticks: int
+    periods: int
 
     @classmethod
     def of(cls, observation: Observation) -> Infer:
@@ -140,6 +141,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
             observation.judged,
             tuple(map(Past.of, observation.answers)),
             observation.delay_ticks,
+            observation.periods,
         )
 
     def observation(self) -> Observation:
@@ -159,6 +161,7 @@ class Infer(msgspec.Struct, frozen=True, tag=True):
             tuple(past.answer() for past in self.answers),
             self.delay_ticks,
             np.frombuffer(self.earlier, dtype="<f8").reshape(-1, len(state)),
+            self.periods,
         )
 
 

@@ -62,6 +62,7 @@ EXPECTED = frozenset(
         "chunk superseded",
         "chunk whose first tick has passed",
         "lease not newer",
+        OTHER_SESSION,  # of a gate that has not seen this session yet; any other is `SECOND_GATE`
         "stop already held",
         "stop already reset",
     }
@@ -96,7 +97,7 @@ class HalInbox:
         self._clock = clock
         self._is_own_state = is_own_state
         self.refused: Counter[str] = Counter()
-        self._said: set[tuple[str, int]] = set()
+        self._said: set[str] = set()
         self._subscriptions: list[Undeclare] = [
             bus.subscribe(keys.lease, self._on_lease),
             bus.subscribe(keys.every_safe, self._on_safe_chunk),
@@ -158,9 +159,6 @@ class HalInbox:
 
     def _refuse(self, key: str, reason: str, detail: str = "") -> None:
         self.refused[reason] += 1
-        # A gate that was here first speaks of the last session until it has seen this one.
-        is_start = reason == OTHER_SESSION and self._core.read(lambda core: core.gate_state) is None
-        level = logging.INFO if is_start else logging.WARNING
-        if reason not in EXPECTED and (reason, level) not in self._said:
-            self._said.add((reason, level))
-            _LOG.log(level, "%s: ignored: %s%s", key, reason, f": {detail}" if detail else "")
+        if reason not in EXPECTED and reason not in self._said:
+            self._said.add(reason)
+            _LOG.warning("%s: ignored: %s%s", key, reason, f": {detail}" if detail else "")

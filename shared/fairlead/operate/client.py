@@ -95,6 +95,11 @@ class RobotClient:
     # --- who is there ---------------------------------------------------------------
 
     @property
+    def by(self) -> str:
+        """Person, host and program, as services log who asks."""
+        return self._robot.by
+
+    @property
     def deployment(self) -> Deployment:
         """Whose services these are."""
         return self._robot.deployment

@@ -80,12 +80,20 @@ def place_of(found: Finding) -> str:
     return " ".join(word for word in words if word)
 
 
+def told_apart(one: float | str, other: float | str, digits: int = 6) -> tuple[str, str]:
+    """Both in so many digits, and in all they have where so many are the same.
+
+    >>> told_apart(0.09, 0.0867), told_apart(0.08670000000000001, 0.0867)
+    (('0.09', '0.0867'), ('0.08670000000000001', '0.0867'))
+    """
+    first, second = (x if isinstance(x, str) else f"{x:.{digits}g}" for x in (one, other))
+    return (repr(one), repr(other)) if first == second and one != other else (first, second)
+
+
 def value_and_limit(found: Finding) -> tuple[str, str]:
-    """Both with their unit, and with all digits where six of both are the same."""
-    value, limit = with_unit(found.value, found.unit), with_unit(found.limit, found.unit)
-    if value == limit and found.value != found.limit:
-        return with_unit(repr(found.value), found.unit), with_unit(repr(found.limit), found.unit)
-    return value, limit
+    """Both with their unit."""
+    value, limit = told_apart(found.value, found.limit)
+    return with_unit(value, found.unit), with_unit(limit, found.unit)
 
 
 def numbers_of(found: Finding) -> str:

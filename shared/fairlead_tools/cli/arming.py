@@ -46,16 +46,20 @@ def arm_after_asking(client: RobotClient, gate: GateStatus, confirmed: bool) -> 
 def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
     """Arm unless armed already; whoever armed disarms, if no other claim is live then.
 
+    So does whoever finds it armed by another run of the same command, before any goal: if that one
+    is refused for this one's goal, nobody else would.
     Where the way out of it is an error, that one is raised, also if disarming fails then.
     """
     before = client.gate_status()
-    if before.state == GateState.ARMED:
+    is_armed = before.state == GateState.ARMED
+    if is_armed and not (before.cause == f"armed by {client.by}" and _is_unused(client)):
         yield
         return
     may_be_ours = True
     try:
         try:
-            arm_after_asking(client, before, confirmed)
+            if not is_armed:
+                arm_after_asking(client, before, confirmed)
         except (RefusedError, typer.Abort):  # who is armed now, somebody else has armed
             may_be_ours = False
             raise
@@ -72,7 +76,12 @@ def armed(client: RobotClient, confirmed: bool = False) -> Iterator[None]:
 
 
 def _disarm_unclaimed(client: RobotClient) -> None:
-    """Unless somebody's goal runs, which has not claimed yet: the gate disarms when it is idle.
+    if _is_unused(client):
+        client.disarm()
+
+
+def _is_unused(client: RobotClient) -> bool:
+    """Whether it is armed, without a claim or somebody's goal, which has not claimed yet.
 
     The claim of a runner that has died ends within its heartbeats, and is nobody's. So is that of
     one without a goal: it was offered to the next one.
@@ -84,8 +93,7 @@ def _disarm_unclaimed(client: RobotClient) -> None:
         status = client.status(timeout_s=SEEN_S)
         claimed -= {goal.source for goal in status.runners if not goal.is_running}
     running = any(goal.is_running for goal in status.runners)
-    if gate.state == GateState.ARMED and not claimed and not running:
-        client.disarm()
+    return gate.state == GateState.ARMED and not claimed and not running
 
 
 @example("fairlead arm")

@@ -8,16 +8,18 @@ interrupted (Ctrl-C). With ``--json`` an error is a JSON document on standard ou
 from __future__ import annotations
 
 import io
-import json
 import os
 import sys
 import warnings
 
-from fairlead.errors import FairleadError, RefusedError, expected
-from fairlead.wire.printable import printable_lines
-from fairlead_tools.cli.console import forget_output
-
 INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
+try:
+    from fairlead.errors import FairleadError, RefusedError, expected
+    from fairlead.wire.printable import printable_lines
+    from fairlead_tools.cli.console import forget_output, print_json
+except KeyboardInterrupt:  # they take a moment
+    print("interrupted", file=sys.stderr)
+    sys.exit(INTERRUPTED)
 
 
 def main() -> None:
@@ -98,7 +100,7 @@ def _leave_quietly() -> None:
 
 
 def _end_json(kind: str, message: str, fix: str, code: int) -> None:
-    print(json.dumps({"error": {"kind": kind, "message": message, "fix": fix}}, indent=2))
+    print_json({"error": {"kind": kind, "message": message, "fix": fix}})
     sys.exit(code)
 
 

@@ -234,12 +234,15 @@ def down_command(name: RunningArgument = None, deployment: RunningOption = None)
         _check_gone(entry.name, [entry.supervisor])
     if entry.by_hand:
         _disarm(entry)
-    left = _leftovers(entry)
+    left, by_hand = _leftovers(entry)
     if left:
         end_processes(left, SERVICE_GRACE_S)
     _check_gone(entry.name, left)
     Registry().remove_if_ended(entry.name)
-    echo(f"stopped {entry.name}" + (f" and {len(left)} leftover processes" if left else ""))
+    others = len(left) - len(by_hand)
+    ended = [f"{', '.join(by_hand)} (started by hand)"] if by_hand else []
+    ended += [f"{others} leftover process{'es' * (others > 1)}"] if others else []
+    echo(" and ".join([f"stopped {entry.name}", *ended]))
     for lock in Path(entry.state_dir).glob("*/gate.lock"):
         if not lock.with_name("clean_mark").exists():
             echo(
@@ -258,12 +261,15 @@ def end_processes(processes: list[ProcessId], grace_s: float) -> None:
             time.sleep(POLL_S)
 
 
-def _leftovers(entry: Running) -> list[ProcessId]:
-    """What still runs, by the newest word: a supervisor starts processes until it ends."""
+def _leftovers(entry: Running) -> tuple[list[ProcessId], list[str]]:
+    """What still runs, by the newest word: a supervisor starts processes until it ends.
+
+    And which of it somebody started by hand.
+    """
     newest = Registry().find(entry.name)
     if newest is None or newest.is_supervised:  # the latter: started again by somebody else
-        return []
-    return newest.leftovers
+        return [], []
+    return newest.leftovers, list(newest.by_hand)
 
 
 def _disarm(entry: Running) -> None:

@@ -93,8 +93,9 @@ def run_command(
 ) -> None:
     """Arm if disarmed, run a skill, show its progress, print the result, disarm again.
 
-    It disarms only if it armed, and only if no other claim is live. Ctrl-C cancels the goal, or
-    stops the robot if the runner does not confirm that. A folder is linked into your skills first.
+    It disarms only if it armed, or another run that was without a goal then, and only if no other
+    claim is live. Ctrl-C cancels the goal, or stops the robot if the runner does not confirm that.
+    A folder is linked into your skills first.
     With --then the goals run one after the other, until one does not succeed. A chain says itself
     which goal comes after which, and how often one is tried again. Between goals of the same
     parts nothing holds, once the first has succeeded; else the parts hold.

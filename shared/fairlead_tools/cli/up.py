@@ -49,6 +49,7 @@ READY_TIMEOUT_S = 120.0  # a first start compiles and caches much on a slow mach
 WATCH_S = 0.1
 WARN_AGAIN_S = 24 * 3600.0  # it runs for months, and certificates end
 IN_BACKGROUND = "--in-background"
+NO_READER = "what read these lines has gone, so it ends; what runs on without: fairlead up --detach"
 
 
 @example("fairlead up panda_mobile_sim")
@@ -73,8 +74,9 @@ def up_command(
 ) -> None:
     """Start a deployment's services (on one host), print their logs, restart what dies.
 
-    It runs until Ctrl-C, or with --detach until `fairlead down`. A deployment of several hosts is
-    started once on each, with --host, in any order.
+    It runs until Ctrl-C, or with --detach until `fairlead down`. A terminal that is closed or a
+    pipe that nobody reads any more (| head -1) ends it as Ctrl-C does. A deployment of several
+    hosts is started once on each, with --host, in any order.
     """
     loaded = load_deployment(deployment)
     _ = loaded.hal, loaded.only("safety")  # refused before a start
@@ -125,6 +127,8 @@ async def _run(supervisor: Supervisor, order: list[str], say: UpOutput, detach: 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         asyncio.get_running_loop().add_signal_handler(number, end)
     await asyncio.wait({running})
+    if say.has_lost_reader:
+        say("up", NO_READER)
     failed = None if running.cancelled() else running.exception()
     try:
         killed = await supervisor.stop()

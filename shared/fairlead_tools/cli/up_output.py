@@ -168,12 +168,16 @@ class UpOutput:
     """Where ``up`` prints: the terminal, until it is detached; its own lines in a log too.
 
     A thread of its own prints, as a terminal may take nothing for hours.
+
+    Attributes:
+        has_lost_reader: whatever read the output has gone; SIGTERM was raised then, once.
     """
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / "logs" / "up.log"
         self._log = ServiceLog(self._path)
         self._lines: queue.Queue[str | None] = queue.Queue(MOST_LINES)
+        self.has_lost_reader = False
         self._thread = threading.Thread(target=self._print, name="terminal", daemon=True)
         self._thread.start()
 
@@ -218,9 +222,12 @@ class UpOutput:
         while (line := self._lines.get()) is not None:
             try:
                 _write(line)
-            except BrokenPipeError:  # whoever read our output has gone: end as on Ctrl-C
-                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-                os.kill(os.getpid(), signal.SIGTERM)
+            except BrokenPipeError:  # end as on Ctrl-C, and say why where somebody may read it
+                again, self.has_lost_reader = self.has_lost_reader, True
+                other = os.open(os.devnull, os.O_WRONLY) if again else sys.stderr.fileno()
+                os.dup2(other, sys.stdout.fileno())
+                if not again:
+                    os.kill(os.getpid(), signal.SIGTERM)
             except OSError:  # a full disk behind a redirection: the logs have the line, or say so
                 continue
 

@@ -13,6 +13,7 @@ from fairlead.wire.verdict_text import (
     is_rule,
     numbers_of,
     place_of,
+    told_apart,
     value_and_limit,
     with_unit,
 )
@@ -155,7 +156,8 @@ def _passes(answer: Answer, passes: Passes) -> str:
             f"the whole chunk, asked of this gate with every number of {answer.part} "
             "0 or 1, whichever is nearer"
         )
-    scale = f"{passes.scale:.4g}"
+    assert passes.scale is not None
+    scale, _ = told_apart(passes.scale, 1.0, digits=4)
     if passes.change == "rows":
         return (
             f"the whole chunk, asked of this gate with every number of {answer.part} times {scale}"
@@ -163,10 +165,10 @@ def _passes(answer: Answer, passes: Passes) -> str:
         )
     where = f"{answer.part} {answer.axis} in row {answer.row}"
     if passes.number is not None and passes.asked is not None:
+        number, asked = told_apart(_trimmed(passes.number, passes.asked), passes.asked)
         return (
             f"the whole chunk, asked of this gate with {where} at "
-            f"{with_unit(_trimmed(passes.number), answer.unit)} instead of "
-            f"{with_unit(passes.asked, answer.unit)}"
+            f"{with_unit(number, answer.unit)} instead of {with_unit(asked, answer.unit)}"
         )
     before = "the row before" if passes.about_row else "what is measured"
     return (
@@ -205,12 +207,13 @@ def _rows(count: int) -> str:
     return "1 row" if count == 1 else f"{count} rows"
 
 
-def _trimmed(number: float) -> float:
-    """Six digits towards zero: what is printed passes, too."""
+def _trimmed(number: float, asked: float) -> float:
+    """Six digits towards zero: what is printed passes, too. All where six are those of `asked`."""
     if number == 0.0 or not math.isfinite(number):
         return number
     unit = 10.0 ** (math.floor(math.log10(abs(number))) - 5)
-    return math.trunc(number / unit * (1 + 1e-9)) * unit
+    trimmed = math.trunc(number / unit * (1 + 1e-9)) * unit
+    return number if f"{trimmed:g}" == f"{asked:g}" else trimmed
 
 
 def _line(name: str, text: str) -> str:
