@@ -6,7 +6,6 @@ import argparse
 import asyncio
 import gc
 import logging
-import sys
 import threading
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -21,10 +20,10 @@ from fairlead.deploy.router_watch import open_with_logging, refuse_duplicate_ser
 from fairlead.deploy.service_manager import Pulse, say_alive, say_ready
 from fairlead.deploy.stop_signals import StopSignals, ignore_further_signals
 from fairlead.errors import FairleadError, each_error
+from fairlead.log_output import LogOutput, flush_log
 from fairlead.log_stamp import stamped
 from fairlead.wire.lingering import forbid_lingering
 from fairlead.wire.on_loop import QueryTasks
-from fairlead.wire.printable import LineFormatter
 from fairlead.wire.session import ZenohBus
 
 __all__ = ["ServiceContext", "announce_ready", "run_in_thread", "run_service"]
@@ -81,9 +80,7 @@ def run_service(who: str, body: Body) -> int:
     parser.add_argument("--service", required=True, help="this service's name in that file")
     parser.add_argument("--state-dir", type=Path, required=True, help="folder for logs and state")
     arguments = parser.parse_args()
-    handler = logging.StreamHandler(sys.stdout)
-    handler.setFormatter(LineFormatter())
-    logging.basicConfig(level=logging.INFO, handlers=[handler])
+    logging.basicConfig(level=logging.INFO, handlers=[LogOutput()])
     try:
         return asyncio.run(_serve(who, arguments, body))
     finally:
@@ -146,6 +143,7 @@ async def _serve(who: str, arguments: argparse.Namespace, body: Body) -> int:
 
 def _say(who: str, error: Exception) -> None:
     if isinstance(error, FairleadError):
+        flush_log()
         print(stamped(f"ERROR {who}: {error}", who), flush=True)
     else:
         text = f"internal error, {type(error).__name__}: {error}"

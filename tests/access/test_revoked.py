@@ -57,6 +57,26 @@ def test_a_host_that_left_the_file_is_revoked_and_comes_back_with_other_keys(
     assert (authority.folder / "laptop/operator.pem").read_text() != before
 
 
+@pytest.mark.parametrize("kept", [0, 100, 300])
+def test_a_damaged_key_that_signs_is_named_and_revoked_with_others(
+    authority: Authority, file: Path, tmp_path: Path, kept: int
+) -> None:
+    every = trusted(authority)
+    signs = authority.folder.parent / "signing/robot.hal.pem"
+    signs.write_bytes(signs.read_bytes()[:kept])
+    for command in ("new", "renew", "revoke"):
+        names = ["gpu"] if command == "revoke" else []
+        done = fairlead_here("certs", command, str(file), *names, state=tmp_path)
+        assert done.returncode == 1
+        assert done.stderr.startswith(f"ERROR {signs}: the key that signs for robot/hal is damaged")
+        assert trusted(authority) == every
+    fairlead_here("certs", "revoke", str(file), "gpu", "robot/hal", state=tmp_path)
+    gone = {one for one in every if "OU=gpu" in one or "robot/hal," in one}
+    assert every - trusted(authority) == gone and len(gone) == 3
+    authority.new(NOW, DAYS)
+    assert len(trusted(authority)) == len(every)
+
+
 def test_a_disk_that_fills_while_one_is_revoked_forgets_nobody(
     authority: Authority, deployment: Deployment, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,11 +14,15 @@ import typer
 
 from bench.equipment.live_robot import wait_for
 from fairlead.deploy.registry import Registry
-from fairlead.errors import ConfigError
-from fairlead.messages import GateState, StopLevel
+from fairlead.errors import ConfigError, RefusedError
+from fairlead.messages import GateState, ResetEpisodeReply, StopLevel
+from fairlead.operate.client import RobotClient
+from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import repo_root
 from fairlead.wire.bus import Qos
-from fairlead_tools.cli.episodes import Episode
+from fairlead_tools.cli import episodes
+from fairlead_tools.cli.console import ProgressLine
+from fairlead_tools.cli.episodes import Episode, EpisodeRun, new_episode
 from fairlead_tools.cli.evaluate import _print, parse_seeds, wilson
 from fairlead_tools.supervisor.scratch import (
     ScratchOptions,
@@ -155,6 +159,21 @@ def test_each_seed_has_its_row_and_all_together_their_share(
     assert (document["seeds"], document["error"]) == (1, None)
     # The robot is none of those that are known to run here: its gate's log is not looked for.
     assert (episode["stalls"], episode["picture"]) == (None, "")
+
+
+@pytest.mark.processes
+def test_a_goal_in_an_episode_of_another_is_none_of_the_seed_s(
+    robot: ScratchRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def begun_twice(client: RobotClient, seed: int) -> ResetEpisodeReply:
+        mine = new_episode(client, seed)
+        client.reset_episode(seed + 1)
+        return mine
+
+    monkeypatch.setattr(episodes, "new_episode", begun_twice)
+    run = EpisodeRun(robot.client, GoalOptions(SKILL, runner="runner"), ProgressLine(), False, True)
+    with pytest.raises(RefusedError, match="another began a new episode: the goal was none of "):
+        run.episode(3, [], 1)
 
 
 @pytest.mark.processes

@@ -59,6 +59,14 @@ def test_a_dataset_without_episodes_is_begun_again(tmp_path: Path) -> None:
         begin(tmp_path, EXPERT, "panda_mobile", 0.0)
 
 
+def test_of_two_that_record_into_one_folder_one_ends(tmp_path: Path) -> None:
+    ends, other = [begin(tmp_path, EXPERT, "panda_mobile", 0.5) for _ in range(2)]
+    add(tmp_path, other, drawn_episode(1))
+    with pytest.raises(ConfigError, match="expected nobody else to record into it, got what "):
+        add(tmp_path, ends, drawn_episode(1, 5))
+    assert [len(one.states) for one in episodes(tmp_path)] == [12], "the other's is whole"
+
+
 def with_words(old: bytes, new: bytes) -> Callable[[bytes], bytes]:
     return lambda data: data.replace(old, new, 1)
 

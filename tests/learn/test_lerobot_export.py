@@ -57,6 +57,22 @@ def test_another_manifest_than_the_recorded_one_names_nothing(tmp_path: Path) ->
     assert not (tmp_path / "l").exists()
 
 
+def test_nothing_is_left_of_an_export_that_ctrl_c_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = drawn_dataset(tmp_path / "d", *EPISODES)
+
+    def interrupted(table: object, path: Path) -> None:
+        path.write_bytes(b"half of it")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(parquet, "write_table", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            export_lerobot(data, tmp_path / "l", EXPERT, failed=False)
+    assert export_lerobot(data, tmp_path / "l", EXPERT, failed=False) == 2
+
+
 def test_failures_are_written_only_if_asked_for(tmp_path: Path) -> None:
     data = drawn_dataset(tmp_path / "d", *EPISODES)
     assert export_lerobot(data, tmp_path / "l", EXPERT, failed=True) == 3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import subprocess
@@ -66,6 +67,16 @@ class Hangs(Misbehaving):
 class Dies(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
         os._exit(7)
+
+
+class DiesOfSignal(Misbehaving):
+    """Of the one whose number is the tick's."""
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        faulthandler.disable()
+        signal.signal(observation.tick, signal.SIG_DFL)
+        os.kill(os.getpid(), observation.tick)
+        return self.rows
 
 
 class DiesAfterFork(Misbehaving):

@@ -117,6 +117,22 @@ async def test_with_a_keeper_that_is_killed_the_policy_ends(child: Child) -> Non
     await policy.close()
 
 
+@pytest.mark.parametrize("how", ["closed", "asked"])
+async def test_a_keeper_that_is_paused_keeps_nobody_waiting(child: Child, how: str) -> None:
+    policy = worker("StartsAnother")
+    await policy.load()
+    await child.begins()
+    assert policy.pid is not None
+    os.kill(policy.pid, signal.SIGSTOP)
+    async with asyncio.timeout(WAIT_MS / 1000):
+        if how == "closed":
+            await policy.close()
+        else:
+            with pytest.raises(PolicyError, match="the process ended with status 7"):
+                await policy.infer(Observation(tick=1, state=np.zeros(30), prompt=""))
+    await child.ends()
+
+
 def policy_below(keeper: int) -> int:
     """The policy's own process, among what its keeper has adopted."""
     lists = Path(f"/proc/{keeper}/task").glob("*/children")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 from collections.abc import AsyncIterator
 
 import numpy as np
@@ -158,6 +159,17 @@ async def test_a_policy_whose_process_dies_is_a_typed_error_and_can_be_loaded_ag
     assert await refusal(worker) == "policy worker: inference: the process ended with status 7"
     await worker.load()
     assert worker.pid is not None
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGPIPE, signal.SIGSEGV])
+async def test_of_a_policy_that_a_signal_ends_the_signal_is_told_and_nothing_printed(
+    workers: list[PolicyWorker], capfd: pytest.CaptureFixture[str], number: signal.Signals
+) -> None:
+    worker = broken(workers, "DiesOfSignal")
+    await worker.load()
+    with pytest.raises(PolicyError, match=f"the process ended with status -{int(number)}$"):
+        await worker.infer(Observation(tick=number, state=SEEN.state, prompt=""))
+    assert capfd.readouterr() == ("", "")
 
 
 async def test_a_policy_whose_process_dies_is_noticed_though_one_that_it_started_lives_on(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import sys
 import threading
 
@@ -10,6 +11,7 @@ from fairlead.deploy import stop_signals
 from fairlead.service import ServiceContext, announce_ready, run_service
 
 MODE = sys.argv.pop(1)
+LINES = 3000
 
 
 async def fail() -> None:
@@ -20,7 +22,8 @@ async def fail() -> None:
 async def body(context: ServiceContext) -> None:
     """Wait to be stopped; ``deaf`` then hangs, ``thread`` hangs in a thread at the end.
 
-    ``starting`` never becomes ready; in ``task`` a task of the service fails.
+    ``starting`` never becomes ready; in ``task`` a task of the service fails. ``talks`` logs more
+    than a pipe holds, then makes the file ``talked``.
     """
     if MODE == "starting":
         print("not ready for a long time", flush=True)
@@ -28,6 +31,10 @@ async def body(context: ServiceContext) -> None:
     announce_ready(context)
     if MODE == "task":
         context.tasks.create_task(fail())
+    if MODE == "talks":
+        for number in range(LINES):
+            logging.getLogger("talks").info("line %d %s", number, "of many " * 20)
+        (context.state_dir / "talked").touch()
     await context.stopping.wait()
     if MODE == "deaf":
         threading.Event().wait()

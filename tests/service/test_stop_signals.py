@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import signal
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+
+from bench.equipment.live_robot import wait_for
 
 pytestmark = pytest.mark.processes
 
@@ -106,6 +109,17 @@ def test_a_service_whose_output_nobody_reads_any_more_ends_too(
     process.stdout.close()
     process.terminate()
     assert process.wait(timeout=10) == code
+
+
+def test_a_service_whose_reader_is_paused_goes_on(start: Start, tmp_path: Path) -> None:
+    process = start("talks")
+    wait_for((tmp_path / "talked").exists, "it goes on though nobody reads")
+    process.terminate()
+    output = rest(process)
+    assert process.returncode == 0
+    numbers = [int(n) for n in re.findall(r" INFO talks: line (\d+) ", output)]
+    assert numbers[:300] == [*range(300)], "all that a pipe holds"
+    assert numbers == sorted(set(numbers)) and len(numbers) < 3000, "others are left out"
 
 
 def test_a_task_that_fails_ends_its_service_with_one_line_that_says_why(start: Start) -> None:

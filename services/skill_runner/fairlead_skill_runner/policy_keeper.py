@@ -37,6 +37,8 @@ def main() -> int:
     _end_the_rest()
     status = os.waitstatus_to_exitcode(ended[1])
     if status < 0:
+        if -status != signal.SIGKILL:
+            signal.signal(-status, signal.SIG_DFL)  # Python takes or ignores a few
         os.kill(os.getpid(), -status)
     return status
 

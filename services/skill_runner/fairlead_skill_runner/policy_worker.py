@@ -6,9 +6,11 @@ import asyncio
 import json
 import logging
 import os
+import signal
 import socket
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from pydantic import JsonValue
@@ -203,7 +205,7 @@ class PolicyWorker:
     async def _end(self, at_once: bool = False) -> int | None:
         """By force if it does not listen, or ``at_once``; its exit status, if there was one."""
         process, pipe = self._process, self._pipe
-        self._process = self._pipe = None
+        self._pipe = None
         if pipe is not None:
             pipe[1].close()
         if process is None:
@@ -215,10 +217,14 @@ class PolicyWorker:
             await asyncio.wait({ending}, timeout=_END_TIMEOUT_S)  # as in `Changes`
         finally:
             self._kill()
+            self._process = None
         return await ending
 
     def _kill(self) -> None:
-        """The keeper ends all when nobody holds its standard input any more."""
+        """The keeper ends all when nobody holds its standard input any more; paused it is woken."""
         if self._held is not None:
             os.close(self._held)
             self._held = None
+            if self._process is not None:
+                with suppress(ProcessLookupError):
+                    self._process.send_signal(signal.SIGCONT)

@@ -9,6 +9,7 @@ import signal
 import sys
 import threading
 
+from fairlead.log_output import flush_log
 from fairlead.log_stamp import stamped
 
 END_S = 4.0
@@ -62,6 +63,7 @@ class StopSignals:
 
     def _print(self, level: str, text: str) -> None:
         """Not by logging, whose locks another thread may hold just now."""
+        flush_log()
         print(stamped(f"{level} {self._who}: {text}", self._who), flush=True)
 
 

@@ -125,6 +125,7 @@ def wait_for_reply(bus: Bus, key: str, request: Message, timeout_s: float) -> by
     return reply
 
 
-def no_answer(key: str, timeout_s: float) -> NoAnswerError:
-    """What to say where nobody answered in time."""
-    return NoAnswerError(f"{key}: no answer within {timeout_s:g} s; see: fairlead ps")
+def no_answer(key: str, timeout_s: float | None) -> NoAnswerError:
+    """What to say where nobody answered in time; None: nobody is there who could, any more."""
+    why = "nobody there answers" if timeout_s is None else f"no answer within {timeout_s:g} s"
+    return NoAnswerError(f"{key}: {why}; see: fairlead ps")

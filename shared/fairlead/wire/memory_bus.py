@@ -119,7 +119,7 @@ class MemoryBus:
                 except Exception as error:  # noqa: BLE001 - as over the network
                     answer(error)
                 return
-        on_reply(no_answer(key, timeout_s))
+        on_reply(no_answer(key, None))
 
     def query(self, key: str, request: Message, timeout_s: float) -> bytes:
         """Call the handler of ``key`` and return its encoded reply.

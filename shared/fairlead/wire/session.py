@@ -225,7 +225,7 @@ class ZenohBus:
                 once(error_from(key, reply.err.payload.to_bytes(), timeout_s))
 
         def on_end() -> None:  # no more replies come; most often because one has
-            once(no_answer(key, timeout_s))
+            once(no_answer(key, None))
 
         direct = zenoh.handlers.Callback(on_zenoh, on_end, indirect=False)
         try:

@@ -12,6 +12,7 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from cryptography import x509
+from cryptography.exceptions import UnsupportedAlgorithm
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
@@ -122,16 +123,13 @@ class Authority:
         """Make new keys and certificates; the old ones are valid to their end.
 
         Raises:
-            ConfigError: one was never made, or revoked.
+            ConfigError: one was never made, or revoked, or its signing key is damaged.
         """
         for place in places:
             host, name = place
             if not self._signer(place).is_file():
                 raise ConfigError(f"{host}/{name}: has no certificate; make it: fairlead certs new")
-            text = self._signer(place).read_bytes()
-            signer = x509.load_pem_x509_certificate(text)
-            signing = serialization.load_pem_private_key(text, None)
-            assert isinstance(signing, ec.EllipticCurvePrivateKey)
+            signing, signer = self._read_signer(place)
             key, ends = ec.generate_private_key(ec.SECP256R1()), now + timedelta(days=days)
             subject = self._subject(place, common_name(self.deployment.keys, name))
             builder = _builder(subject, key.public_key(), now, ends)
@@ -145,7 +143,11 @@ class Authority:
             _write(self._file(place), key, builder.sign(signing, hashes.SHA256()))
 
     def revoke(self, places: Iterable[Place]) -> None:
-        """Forget their signing keys, and have nobody trust what these signed."""
+        """Forget their signing keys, and have nobody trust what these signed.
+
+        Raises:
+            ConfigError: the signing key of another one is damaged; nobody is revoked then.
+        """
         revoked = list(places)
         self._tell_whom_to_trust(revoked)  # first: what comes after may fail
         for place in revoked:
@@ -156,12 +158,26 @@ class Authority:
         signers: dict[bool, str] = {True: "", False: ""}
         for place in self.deployment.certified:
             if place not in without and self._signer(place).is_file():
-                found = x509.load_pem_x509_certificate(self._signer(place).read_bytes())
-                signers[place[1] == ROUTER] += _pem(found)
+                signers[place[1] == ROUTER] += _pem(self._read_signer(place)[1])
         for one in self._folders:
             (self.folder / one).mkdir(mode=0o700, exist_ok=True)
             write_private(self.folder / one / TRUSTED["connect"], signers[True])
         write_private(self.folder / self.router[0] / TRUSTED["listen"], signers[False])
+
+    def _read_signer(self, place: Place) -> tuple[ec.EllipticCurvePrivateKey, x509.Certificate]:
+        try:
+            text = self._signer(place).read_bytes()
+            found = x509.load_pem_x509_certificate(text)
+            signing = serialization.load_pem_private_key(text, None)
+            if not isinstance(signing, ec.EllipticCurvePrivateKey):
+                raise TypeError(type(signing).__name__)
+        except (OSError, ValueError, TypeError, UnsupportedAlgorithm):
+            name = "/".join(place)
+            raise ConfigError(
+                f"{self._signer(place)}: the key that signs for {name} is damaged: with "
+                f"fairlead certs revoke revoke {name} too, then make it anew: fairlead certs new"
+            ) from None
+        return signing, found
 
     def _subject(self, place: Place, name: str) -> x509.Name:
         keys = self.deployment.keys

@@ -120,7 +120,7 @@ class EpisodeRun:
     def _episode(self, seed: int, done: Sequence[Episode], seeds: int) -> Episode:
         where = f"seed {seed}, {len(done) + 1} of {seeds}, {succeeded(done)} succeeded"
         self._line.show(f"{where} | new episode")
-        new_episode(self._client, seed)
+        begun = new_episode(self._client, seed)
         self._verdicts.clear()
         with armed(self._client, confirmed=self._yes):
             progress = run_goal(
@@ -129,12 +129,16 @@ class EpisodeRun:
             gate = self._client.gate_status()
         assert progress.result is not None
         result = progress.result
-        return Episode(
+        episode = Episode(
             seed, result.outcome, result.decided_by, _why(result),
             result.last_tick - result.first_tick + 1 if result.first_tick else 0,
             self._refusals(), progress.starved, len(gate.stop_ids) + bool(gate.latch_id),
             result.first_tick, result.last_tick, gate.session,
         )  # fmt: skip
+        if episode.is_trial and self._client.hal_status().episode_tick != begun.episode_tick:
+            why = f"another began a new episode: the goal was none of seed {seed}"
+            raise RefusedError("fairlead eval", why, "run one after the other")
+        return episode
 
     def go_on(self) -> bool:
         """Acknowledge stops, where that was asked for; whether there was one.

@@ -115,7 +115,14 @@ def begin(
 
 
 def add(folder: Path, header: Header, episode: Episode) -> Header:
-    """Append one; what the folder holds is whole after each."""
+    """Append one; what the folder holds is whole after each.
+
+    Raises:
+        ConfigError: another program writes to the folder too.
+    """
+    if read_header(folder) != header:
+        got = "what another recording wrote; give each a folder of its own"
+        raise ConfigError(expected(f"dataset {folder}", "nobody else to record into it", got))
     arrays = {name: getattr(episode, name) for name in _names(header)}
     arrays |= {PICTURE + name: frames for name, frames in episode.pictures.items()}
     save = np.savez_compressed if episode.pictures else np.savez

@@ -123,10 +123,12 @@ def _whole_or_nothing(target: Path) -> Iterator[None]:
     """
     try:
         yield
-    except OSError as error:
+    except BaseException as error:  # Ctrl-C too
         for name in ("data", "meta"):
             shutil.rmtree(target / name, ignore_errors=True)
-        raise not_written("export lerobot", target, error) from None
+        if isinstance(error, OSError):
+            raise not_written("export lerobot", target, error) from None
+        raise
 
 
 def _check(header: Header, target: Path, skill: SkillManifest) -> None:
