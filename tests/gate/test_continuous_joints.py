@@ -68,6 +68,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
                 joint["type"] = "continuous"
                 del joint["lower_rad"], joint["upper_rad"]
                 del document["safety"]["sim"]["measured"][joint["name"]]["tolerance"]
+                del document["home"]["positions"][joint["name"]]
         document["parts"][0] |= {"end_effector": "gripper"}
         document["parts"][0]["modes"].append("cartesian_delta")
         document["safety"]["sim"]["parts"]["arm"] |= {
