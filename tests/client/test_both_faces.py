@@ -13,7 +13,6 @@ from tests.client.scripted_robot import DEPLOYMENT, ScriptedRobot
 
 ONLY_ON_A_LOOP = {
     "ask": "its methods ask; a message of one's own is for programs on a loop",
-    "by": "`connect` was told it",
     "command": "its methods ask on the key of the person they act for",
     "open": "`connect` does it",
     "times_gone": "a goal asks it, to know whether its runner was away",
