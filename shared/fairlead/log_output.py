@@ -36,7 +36,11 @@ class LogOutput(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Queue one line; the logger holds this handler's lock."""
-        line = self.format(record)
+        try:
+            line = self.format(record)
+        except Exception:  # noqa: BLE001 - as the library's own handlers
+            self.handleError(record)
+            return
         if self._left_out:
             line += f" ({self._left_out} lines left out before)"
         try:

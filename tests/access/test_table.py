@@ -188,10 +188,10 @@ def test_what_others_could_have_read_is_refused(folder: Path, wide: str) -> None
         find_secrets(KEYS, ["hal"])
 
 
-@pytest.mark.parametrize("text", ["hal\n", "hal:short\n", "hal:\n", "\n"])
-def test_a_file_that_is_none_of_ours_is_refused(folder: Path, text: str) -> None:
+@pytest.mark.parametrize("text", [b"hal\n", b"hal:short\n", b"hal:\n", b"\n", b"\xff" * 40])
+def test_a_file_that_is_none_of_ours_is_refused(folder: Path, text: bytes) -> None:
     find_secrets(KEYS, ["hal"])
-    (folder / PASSWORDS).write_text(text)
+    (folder / PASSWORDS).write_bytes(text)
     with pytest.raises(ConfigError, match="expected lines name:password"):
         find_secrets(KEYS, ["hal"])
 

@@ -40,9 +40,12 @@ def test_each_frame_that_is_off_is_in_the_table_with_mm_and_rad(panda: Path) -> 
 
 def test_what_the_gate_lacks_is_missing_and_each_has_its_command(panda: Path) -> None:
     desk = Desk(panda.parent)
-    (panda / "gate.sim.json").write_text("{}")
     stale = ("gate file", "gate.sim.json is of other files than those here")
-    assert desk.findings(NAME, "wrong") == [stale]
+    for other in (b"{}", b"\xff"):
+        (panda / "gate.sim.json").write_bytes(other)
+        assert desk.findings(NAME, "wrong") == [stale]
+    done = fairlead("robot", "compile", NAME, "--check", state=desk.folder)
+    assert done.returncode == 1 and "gate.sim.json is not current" in done.stderr, done.stderr
     (panda / "gate.sim.json").unlink()
     assert desk.findings(NAME, "missing") == [("gate file", "gate.sim.json is not there")]
     (panda / "capsules.yaml").unlink()

@@ -14,7 +14,7 @@ HANDED_ON = re.compile(r"validator|serializer|command|callback|register")
 USED_ELSEWHERE = {
     "reward",  # robosuite asks every environment for it
     "list_commands",  # typer asks a group for it
-    "emit",  # logging asks a handler for it
+    "emit",  # logging hands a handler each record by it
 }
 
 

@@ -122,6 +122,8 @@ def test_a_recording_that_does_not_fit_names_file_and_line(tmp_path: Path) -> No
     assert refusal() == f"replay policy: {path}: expected recorded chunks, got none"
     record(path, 8, dim=7)
     assert refusal() == f"replay policy: {path} line 1: expected width 12, got 7"
+    path.write_bytes(b"\xff\n")
+    assert refusal().startswith(f"{path} line 1: not a trace record: ")
     record(path, 8)
     path.write_text(path.read_text() + '{"tick": 1}\n')
     assert refusal() == (

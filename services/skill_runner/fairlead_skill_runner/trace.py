@@ -105,7 +105,7 @@ def read_trace(path: Path) -> Iterator[TraceRecord]:
         ConfigError: naming the file and the line that does not fit.
     """
     try:
-        lines = regular(path).read_text(encoding="utf-8").splitlines()
+        lines = regular(path).read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     for number, text in enumerate(lines, start=1):

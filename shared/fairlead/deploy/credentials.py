@@ -83,7 +83,7 @@ def access_dir(keys: Keys) -> Path:
 
 def _read(file: Path) -> dict[str, str]:
     check_private(file, _MADE_ANEW)
-    lines = file.read_text(encoding="utf-8").splitlines()
+    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
     found = dict(line.split(":", 1) for line in lines if ":" in line)
     if len(found) != len(lines) or not all(len(one) >= 32 for one in found.values()):
         raise ConfigError(

@@ -196,7 +196,7 @@ def compile_command(
         text = compile_gate_config(manifest, profile)
         if still_open := manifest.open_numbers(profile):
             echo(f"{path} is not made: {still_open}", err=True)
-        elif path.is_file() and path.read_text(encoding="utf-8") == text:
+        elif path.is_file() and path.read_bytes() == text.encode():
             echo(f"{path} is current")
         elif check:
             stale.append(path)

@@ -6,7 +6,6 @@ import asyncio
 import logging
 import os
 import shlex
-import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,13 +22,13 @@ from fairlead.deploy.service_manager import NOTIFY_VARIABLE, say_alive, say_read
 from fairlead.deploy.shared_router import router_endpoints
 from fairlead.deploy.stop_signals import StopSignals
 from fairlead.errors import ConfigError, NoAnswerError, ServiceError, TransportError, expected
+from fairlead.log_output import LogOutput
 from fairlead.messages import GateState
 from fairlead.operate.asker import check_person
 from fairlead.operate.client import RobotClient
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.endpoints import Endpoints
 from fairlead.wire.lingering import forbid_lingering
-from fairlead.wire.printable import LineFormatter
 from fairlead.wire.session import ZenohBus
 from fairlead_tools.cli.console import echo, print_json
 from fairlead_tools.cli.options import (
@@ -126,9 +125,7 @@ def router_command(
 
 async def _serve(endpoints: Endpoints, deployments: Sequence[Deployment]) -> None:
     """Route until asked to stop; all of it happens in Zenoh's own threads."""
-    handler = logging.StreamHandler(sys.stdout)
-    handler.setFormatter(LineFormatter())
-    logging.basicConfig(level=logging.INFO, handlers=[handler])
+    logging.basicConfig(level=logging.INFO, handlers=[LogOutput()])
     signals, log = StopSignals("router"), logging.getLogger(ROUTER)
     bus = ZenohBus(endpoints)
     signals.started()

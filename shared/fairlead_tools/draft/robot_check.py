@@ -190,7 +190,7 @@ def _of_gate_file(robot: RobotManifest, profile: str) -> Finding:
         return Finding("gate file", OPEN, found, f"correct each, delete its line, then: {again}")
     if not path.is_file():
         return Finding("gate file", MISSING, f"{path.name} is not there", again)
-    if path.read_text(encoding="utf-8") != text:
+    if path.read_bytes() != text.encode():
         return Finding("gate file", WRONG, f"{path.name} is of other files than those here", again)
     return Finding("gate file", OK, f"{path.name} is current")
 
