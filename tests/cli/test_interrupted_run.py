@@ -33,9 +33,9 @@ def robot(tmp_path: Path) -> Iterator[ScratchRobot]:
         yield made
 
 
-def run_until_it_moves(robot: ScratchRobot, registry: Path) -> subprocess.Popen[str]:
+def run_until_it_moves(robot: ScratchRobot, registry: Path, *before: str) -> subprocess.Popen[str]:
     run = subprocess.Popen(
-        fairlead_command("run", SKILL, "--deployment", str(robot.scratch.file)),
+        [*before, *fairlead_command("run", SKILL, "--deployment", str(robot.scratch.file))],
         env=fairlead_environment(registry),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -63,6 +63,21 @@ def test_an_interrupted_run_says_how_the_goal_ended_and_disarms(
     run = run_until_it_moves(robot, tmp_path / "registry")
     run.send_signal(ending)
     said, errors = run.communicate(timeout=30.0)
+    assert (run.returncode, "cancelled" in said) == (130, True), said + errors
+    assert robot.client.gate_status().state == GateState.DISARMED
+
+
+def test_a_run_in_the_background_of_a_script_is_ended_by_kill(
+    robot: ScratchRobot, tmp_path: Path
+) -> None:
+    """A shell without a terminal has such a process ignore Ctrl-C."""
+    deaf = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh")
+    run = run_until_it_moves(robot, tmp_path / "registry", *deaf)
+    try:
+        run.terminate()
+        said, errors = run.communicate(timeout=30.0)
+    finally:
+        run.kill()
     assert (run.returncode, "cancelled" in said) == (130, True), said + errors
     assert robot.client.gate_status().state == GateState.DISARMED
 

@@ -57,6 +57,7 @@ def test_robot_show_prints_what_the_gate_will_enforce(tmp_path: Path) -> None:
     shown = document("robot", "show", "panda_mobile", state=tmp_path)
     assert shown == json.loads(compile_gate_config(load_robot("panda_mobile"), "sim"))
     table = fairlead("robot", "show", "panda_mobile", state=tmp_path).stdout
+    assert "None" not in table
     assert "linear_limit 0.0867" in table and "panda_joint7" in table
 
 

@@ -144,6 +144,8 @@ def ends_like_ctrl_c() -> Iterator[None]:
     """A closed terminal and SIGTERM end the block as Ctrl-C does: what was begun is undone."""
 
     def interrupt(number: int, frame: FrameType | None) -> None:
+        if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # in the background of a script
+            signal.default_int_handler(number, frame)
         signal.raise_signal(signal.SIGINT)
 
     before = {one: signal.signal(one, interrupt) for one in (signal.SIGHUP, signal.SIGTERM)}

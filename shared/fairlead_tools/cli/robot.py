@@ -84,7 +84,7 @@ def _joint_row(joint: dict[str, Any]) -> tuple[object, ...]:
     bounds = joint.get("bounds")
     free = "zones" if "zones" in joint else "none"
     lower, upper = (bounds["lower"], bounds["upper"]) if isinstance(bounds, dict) else (free, "")
-    limits = (joint[f"{name}_limit"] for name in ("velocity", "acceleration", "effort"))
+    limits = (_text(joint[f"{name}_limit"]) for name in ("velocity", "acceleration", "effort"))
     return (joint["name"], joint["part"], joint["kind"], lower, upper, *limits)
 
 
@@ -101,6 +101,8 @@ def _mode_rows(parts: list[dict[str, Any]]) -> list[tuple[str, str, str]]:
 
 
 def _text(value: object) -> str:
+    if value is None:
+        return "none"
     return "/".join(str(one) for one in value) if isinstance(value, list) else str(value)
 
 

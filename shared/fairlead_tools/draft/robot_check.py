@@ -27,7 +27,7 @@ from fairlead_tools.shape.robot_shape import RobotShape
 WHO = "robot check"
 OK, OPEN, MISSING, WRONG = "ok", "open", "missing", "wrong"
 BAD = (MISSING, WRONG)
-BENT = "bend joints in home of robot.yaml; told in joint modes, it leaves"
+BENT = "bend joints in home of robot.yaml; joint modes lead out of it"
 
 
 @dataclass(frozen=True)
