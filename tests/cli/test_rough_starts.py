@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -187,6 +188,44 @@ def test_a_detached_up_does_not_wait_for_what_somebody_else_starts(tmp_path: Pat
     finally:
         ended = fairlead("down", state=state)
     assert ended.stdout == f"stopped {name}\n", ended.stderr
+
+
+HAL_THAT_FAILS = """
+import sys
+from dataclasses import replace
+from fairlead.hal.process import Equipment, run_hal
+from fairlead.service import run_service
+from fairlead_hal_kinematic.kinematic_backend import KinematicBackend
+
+class Fails(KinematicBackend):
+    def read(self):
+        return replace(super().read(), efforts=None)
+
+async def body(context):
+    await run_hal(context, lambda robot: Equipment(Fails(robot, "sim")), what="fails")
+
+sys.exit(run_service("fails", body))
+"""
+
+
+def test_a_detached_up_returns_when_the_hal_has_a_fault_before_any_state(tmp_path: Path) -> None:
+    state, name = tmp_path / "registry", f"faulty{os.getpid()}"
+    script = tmp_path / "hal.py"
+    script.write_text(HAL_THAT_FAILS, encoding="utf-8")
+    scratch = make_scratch(
+        COMPOSE / "panda_mobile_sim.yaml", tmp_path / name,
+        ScratchOptions(name, hal={"command": [sys.executable, str(script)]}),
+    )  # fmt: skip
+    words = ("up", str(scratch.file), "--state-dir", str(tmp_path / name), "--detach")
+    try:
+        done = fairlead(*words, state=state)
+        assert done.returncode == 0, done.stderr
+        (said,) = (line for line in done.stdout.splitlines() if "fault of hal: " in line)
+        assert "expected efforts as an array of " in said and said.endswith("fairlead restart hal")
+        assert f"stop it: fairlead down {name}\n" in done.stdout
+    finally:
+        ended = fairlead("down", state=state)
+    assert ended.stdout.startswith(f"stopped {name}\n"), ended.stderr
 
 
 def test_an_interrupted_detached_start_leaves_nothing(

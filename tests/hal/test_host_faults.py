@@ -59,7 +59,9 @@ def test_a_measurement_of_too_few_joints_is_told_by_its_size(running: RunningHos
     count = len(running.backend.read().efforts)
     running.backend.leaves_out = 1
     wait_until(lambda: running.status().state == "fault")
-    said = f"read(): expected efforts of {count} joints, commanded ones first, got shape "
+    said = (
+        f"read(): expected efforts as an array of {count} joints, commanded ones first, got shape "
+    )
     assert running.stops[0].reason == f"backend fault: {said}[{count - 1}]"
 
 

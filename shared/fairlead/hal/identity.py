@@ -41,13 +41,15 @@ class HalIdentity:
     limits: bytes = b""
 
     def measure(self, backend: Backend) -> Measurement:
-        """Raises `ConfigError` where a backend measured more or fewer joints than there are."""
+        """Raises `ConfigError` where a backend did not measure an array of all joints."""
         measured, wanted = backend.read(), len(self.standstill_velocity)
         for what in ("positions", "velocities", "efforts"):
-            shape = np.shape(getattr(measured, what))
-            if shape != (wanted,):
-                joints = f"{what} of {wanted} joints, commanded ones first"
-                raise ConfigError(expected("read()", joints, f"shape {list(shape)}"))
+            value = getattr(measured, what)
+            is_array = isinstance(value, np.ndarray)
+            if not is_array or value.shape != (wanted,):
+                joints = f"{what} as an array of {wanted} joints, commanded ones first"
+                got = f"shape {list(value.shape)}" if is_array else type(value).__name__
+                raise ConfigError(expected("read()", joints, got))
         return measured
 
     def is_still(self, now: Measurement, before: Measurement | None) -> bool:

@@ -182,7 +182,7 @@ async def _watch(
                     gate_is_back.clear()
                     await _explain(robot, say)
                 is_up = others.are_there() and await greeting.say_once_up()
-                if detach and (is_up or others.said_missing):
+                if detach and (is_up or others.said_missing or greeting.fault):
                     say.detach()
                     detach = False
                 if time.monotonic() - warned_s > WARN_AGAIN_S:

@@ -32,7 +32,11 @@ PATIENCE_S = 10.0
 
 
 class Greeting:
-    """Says, once, that the robot is up and what to do next; names what it waits for."""
+    """Says, once, that the robot is up and what to do next; names what it waits for.
+
+    Attributes:
+        fault: of the HAL, which came before any state, and was said; it stays until a restart.
+    """
 
     def __init__(self, robot: Robot, folder: Path, say: Say) -> None:
         self._robot = robot
@@ -40,6 +44,7 @@ class Greeting:
         self._say = say
         self._complain_at_s = time.monotonic() + PATIENCE_S
         self._done = False
+        self.fault = ""
 
     async def say_once_up(self) -> bool:
         """Call it a few times a second: it waits for nobody while somebody is missing.
@@ -65,8 +70,13 @@ class Greeting:
             return None, f"{', '.join(sorted(missing))} not seen"
         try:
             gate = await self._robot.following_gate()
+            hal = await self._robot.hal_status() if gate is None else None
         except FairleadError as error:
             return None, str(error)
+        if hal is not None and hal.state == "fault" and hal.detail != self.fault:
+            self.fault = hal.detail
+            name = self._robot.deployment.hal
+            self._say("up", f"fault of {name}: {hal.detail}; then: fairlead restart {name}")
         return gate, "the gate has no state of this HAL yet; see: fairlead status"
 
     def _greet(self, gate: GateStatus) -> None:
