@@ -103,7 +103,7 @@ def _of_model(
             f"put it beside robot.yaml as {robot.id}.xml for hal_mujoco; a HAL of your own can "
             "bring the robot's frames instead"
         )
-        return [], [Finding("MJCF", MISSING, "none: the URDF is compared with nothing", fix)]
+        return [], [Finding("MJCF", OPEN, "none: the URDF is compared with nothing", fix)]
     try:
         errors, _ = frame_errors(robot, model.frames, model.frames.positions(), WHO)
     except ConfigError as error:
