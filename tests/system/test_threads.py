@@ -50,11 +50,11 @@ ENTRY_POINTS: dict[str, tuple[str, ...]] = {
     "frames": ("RunCore.on_image",),
     "cameras": ("TickPublisher.late_frame",),
     "tick": ("TickPublisher.finish", "HalCore.decide"),
+    "log": (),
     "motion.jsonl": (),
     "trace.jsonl": (),
 }
-"""Methods that each thread calls, and no other thread. `main` is the event loop, which never
-blocks; `receive` gets each message and sends the result; the last two write files."""
+"""Methods that each thread calls, and no other thread: docs/design.md says what each is for."""
 
 
 @pytest.mark.parametrize(
