@@ -166,6 +166,7 @@ TEST_CASE("positions tell the speed of the last tick, in any turn") {
   // After lost states all of the way counts as the last tick's, up to what G013 takes in one tick.
   const double jump = limits.joints[arm_1].jump_limit;
   CHECK(travel_speed(limits, arm_1, 0.0, 1.5 * jump) == doctest::Approx(jump / 0.05));
+  CHECK(travel_speed(limits, arm_1, 1.5 * jump, 0.0) == doctest::Approx(-jump / 0.05));
 }
 
 TEST_CASE("what an encoder's step may be is no motion, but may be one") {
