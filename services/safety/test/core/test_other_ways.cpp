@@ -16,6 +16,10 @@ namespace {
 
 constexpr double way = 0.05;  // ahead, in a row
 
+// Nothing has a row in the tick that runs.
+const PartMemories nothing_moved;
+const RowBefore held{nullptr, 0, false, &nothing_moved};
+
 // The column turned at 1 rad/s: it is anywhere up to 50 mrad on, half way there by the branches.
 struct Turning {
   explicit Turning(double speed) : state(at_rest()) { state.velocities[turn_z] = speed; }
@@ -26,8 +30,6 @@ struct Turning {
   }
 
   MeasuredState state;
-  PartMemories memories;
-  RowBefore held{nullptr, 0, false, &memories};
 };
 
 }  // namespace
@@ -37,7 +39,7 @@ TEST_CASE(
   for (const double side : {1.0, -1.0}) {
     const Turning arm_turns(side);
     const ChunkBuilder chunk = Turning::ahead(2);
-    Predicted predicted(free_arm::limits(), arm_turns.state, chunk.chunk, arm_turns.held);
+    Predicted predicted(free_arm::limits(), arm_turns.state, chunk.chunk, held);
     const Branch& branch = predicted.after_a_row();
     // Of the slides, which turn with the column; not of the column, which turns no more.
     const double aside = way * std::sin(0.025), at_end = way * std::sin(0.05);
@@ -57,7 +59,7 @@ TEST_CASE(
 TEST_CASE("an arm that stands, or of which every row is known, is where its branches are") {
   const Turning arm_stands(0.0);
   const ChunkBuilder chunk = Turning::ahead(1);
-  Predicted still(free_arm::limits(), arm_stands.state, chunk.chunk, arm_stands.held);
+  Predicted still(free_arm::limits(), arm_stands.state, chunk.chunk, held);
   (void)still.after_a_row();
   CHECK_FALSE(still.all.is_start_off());
   CHECK(still.all.start_off()[slide_y] == 0.0);
@@ -74,7 +76,7 @@ TEST_CASE("G026 a joint is as fast as from wherever the tool may start") {
     limits.joints[slide_y].velocity_limit = fastest;
     const Turning arm_turns(1.0);
     const ChunkBuilder chunk = Turning::ahead(1);
-    return judge_rows(limits, whole_robot(limits), arm_turns.state, chunk.chunk, 0, arm_turns.held)
+    return judge_rows(limits, whole_robot(limits), arm_turns.state, chunk.chunk, 0, held)
         .evidence.code;
   };
   CHECK(code(1.01 * std::sin(0.05)) == 0);
@@ -110,8 +112,6 @@ TEST_CASE("what of its start seven joints keep that reach a pose is no longer th
     state.velocities[slide_y] = -0.6;
     ChunkBuilder chunk;
     chunk.poses(arm, {{0.75, 0, 0.5, 0, 0, 0, 1}, {0.75, 0, 0.5, 0, 0, 0, 1}});
-    const PartMemories memories;
-    const RowBefore held{nullptr, 0, false, &memories};
     Predicted predicted(redundant ? of_seven() : free_arm::limits(), state, chunk.chunk, held);
     const auto room = [&](std::size_t j) {
       const Interval& interval = predicted.all.interval();
@@ -131,8 +131,6 @@ TEST_CASE("what of its start seven joints keep that reach a pose is no longer th
 TEST_CASE("a joint that counts as standing may go on: it may get to a target faster from there") {
   const Limits limits = free_arm::limits();
   const double creeping = 0.9 * limits.joints[slide_x].standstill_velocity;
-  const PartMemories memories;
-  const RowBefore held{nullptr, 0, false, &memories};
   const auto speed = [&](bool velocity_stuck, double measured, double target,
                          const RowBefore& before) {
     MeasuredState state = at_rest();
@@ -162,8 +160,6 @@ TEST_CASE("G024 a target where a joint stands is not refused for noise, at a bou
   limits.joints[slide_x].bounds = {0.0, 1.0, 0.01};
   limits.joints[slide_x].acceleration_limit = 0.1;
   MeasuredState state = at_rest();
-  const PartMemories memories;
-  const RowBefore held{nullptr, 0, false, &memories};
   for (const double noise : {1e-6, -1e-6, 0.9, -0.9}) {
     state.velocities[slide_x] = noise * limits.joints[slide_x].standstill_velocity;
     const ChunkBuilder stays = one_joint(Mode::joint_position, slide_x, {0.0, 0.0});
@@ -184,8 +180,6 @@ TEST_CASE("G030 joints get where a tool is to be from wherever it may start") {
   // slide_y makes and 2 mm allow up to 0.734 m from the axis.
   ChunkBuilder turn;
   turn.add(arm, Mode::cartesian_delta, {{0, 0, 0, 0, 0, 0.4191}}, {}, "base_link");
-  const PartMemories memories;
-  const RowBefore held{nullptr, 0, false, &memories};
   const auto code = [&](double from, double speed) {
     MeasuredState state = at_rest();
     state.positions[slide_x] = from;

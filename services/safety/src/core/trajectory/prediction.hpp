@@ -216,7 +216,7 @@ class Prediction {
   JointSet moving_ = 0;
   JointSet lagging_ = 0;
   JointSet guessed_ = 0;
-  JointSet redundant_ = 0;           // of poses: more than six, so where they start still shows
+  JointSet redundant_ = 0;           // of arms with more than six joints that reach for a pose
   JointSet coasting_ = 0;            // measured to move, and nothing that the chunk commands
   JointSet perhaps_still_ = 0;       // only positions say that it moves
   JointSet held_ = 0;                // in the tick that runs; rows command them from the next on

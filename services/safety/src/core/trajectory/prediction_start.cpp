@@ -73,8 +73,8 @@ JointSet Prediction::held_in(const RowBefore& before) const {
   return joints & moving_;
 }
 
-// Half of what it may go on in a tick. What of that a pose's arm keeps may show in any of its
-// joints, but is no longer than all of it together.
+// Half of what it may go on in a tick. An arm of more than six joints that reaches for a pose keeps
+// some of that: it may show in any of its joints, but is no longer than all of it together.
 double Prediction::held_off(std::size_t joint) const {
   const auto off = [&](std::size_t j) { return 0.5 * measured_.speed[j] * model_.period_s; };
   if ((redundant_ & only(joint)) == 0) return std::abs(off(joint));
