@@ -89,7 +89,7 @@ Evidence Prediction::advance() {
   settle_uncommanded();
   way_off_.fill(0.0);
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
-  if (is_start_off_) widen_by_other_ways();
+  if (is_start_off_ || shares_can_differ()) widen_by_other_ways();
   has_earlier_target_ = 0;  // what rows command from here on is where the branches are
   if (steps_ > 1)           // a target was reached from wherever it was
     for (const std::size_t j : JointsIn(moving_ & ~lagging_ & ~redundant_)) start_off_[j] = 0.0;

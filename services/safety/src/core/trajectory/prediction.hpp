@@ -174,7 +174,7 @@ class Prediction {
   void apply_targets(const Command& command, Branch& branch);
   void apply_velocities(const Command& command, std::size_t index);
   Evidence apply_tool_motion(const Command& command, std::size_t index);
-  Evidence note_other_ways(std::size_t part, const Motion6& motion, const Branch& branch,
+  Evidence note_other_ways(std::size_t part, const Motion6& motion, std::size_t index,
                            const Joints& after);
   void widen_by_other_ways();
   Evidence apply_pose(const Command& command, Branch& branch);

@@ -69,8 +69,7 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
   Joints first_step;
   Evidence evidence = move_tool(model_, model_.tools[command.action.part], motion,
                                 branch.poses_before(), branch.poses_now(), after, first_step);
-  if (evidence.ok() && is_start_off_)
-    evidence = note_other_ways(command.action.part, motion, branch, after);
+  if (evidence.ok()) evidence = note_other_ways(command.action.part, motion, index, after);
   for (const std::size_t j : joints) {
     const double change = after[j] - branch.before[j];
     note_speed(branch, j, change);
@@ -80,26 +79,35 @@ Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index
 }
 
 // From where each joint may really be, the tool's joints go other ways: by as much, all together,
-// as the ways differ of one joint at a time.
-Evidence Prediction::note_other_ways(std::size_t part, const Motion6& motion, const Branch& branch,
+// as the ways differ of one joint at a time. And where less than the most has happened of the rows
+// before, by as much as where the least has.
+Evidence Prediction::note_other_ways(std::size_t part, const Motion6& motion, std::size_t index,
                                      const Joints& after) {
-  const ModelTool& tool = model_.tools[part];
+  const Branch& branch = branches_[index];
   const auto& joints = model_.limits.parts[part].joints;
   Joints differ{};
+  const auto note = [&](const Joints& from, FramePoses start) {
+    Joints other = from, first_step;
+    FramePoses end = start;
+    const Evidence evidence =
+        move_tool(model_, model_.tools[part], motion, start, end, other, first_step);
+    for (const std::size_t j : joints)
+      differ[j] += std::abs((other[j] - from[j]) - (after[j] - branch.before[j]));
+    return evidence;
+  };
+  Evidence evidence;
   for (const std::size_t moved : joints) {
-    if (start_off_[moved] == 0.0) continue;
-    Joints other = branch.before, first_step;
-    const double off = std::copysign(start_off_[moved], measured_.speed[moved]);
-    other[moved] += off;
-    FramePoses start = branch.poses_before(), end = start;
-    start.place_chain(model_, tool, other);
-    const Evidence evidence = move_tool(model_, tool, motion, start, end, other, first_step);
-    if (!evidence.ok()) return evidence;
-    other[moved] -= off;
-    for (const std::size_t j : joints) differ[j] += std::abs(other[j] - after[j]);
+    if (!is_start_off_ || start_off_[moved] == 0.0 || !evidence.ok()) continue;
+    Joints from = branch.before;
+    from[moved] += std::copysign(start_off_[moved], measured_.speed[moved]);
+    FramePoses start = branch.poses_before();
+    start.place_chain(model_, model_.tools[part], from);
+    evidence = note(from, start);
   }
+  if (rows_shared_ > 0 && index + 1 == share_count_ && evidence.ok())
+    evidence = note(branches_[1].before, branches_[1].poses_before());
   for (const std::size_t j : joints) way_off_[j] = larger(way_off_[j], differ[j]);
-  return {};
+  return evidence;
 }
 
 // G026: what a motion of the tool asks of a joint is no more than it may do, and it does no more
