@@ -73,7 +73,8 @@ def ask_host(file: Path, deployment: Deployment, host: str, reach: str, program:
     except OSError as error:
         raise ServiceError(f"host {host}: cannot be asked: {error}{by_hand}") from None
     except (ValueError, KeyError, TypeError, ValidationError):
-        said = (done.stderr.strip() or done.stdout.strip() or f"status {done.returncode}")[-500:]
+        text = done.stderr.strip() or done.stdout.strip() or f"status {done.returncode}"
+        said = "; ".join(text[-500:].splitlines())
         raise ServiceError(f"host {host}: cannot be asked: {said}{by_hand}") from None
 
 
