@@ -22,8 +22,8 @@ PAGE = repo_root() / "docs" / "faults.md"
 RESULTS = Path(__file__).with_name("results.json")
 BEGIN, END = "<!-- begin: make faults ARGS=--write -->", "<!-- end -->"
 WIDTH = 120
-ANSWERS = ("verdict", "answer", "the refusal")
-"""What is measured where nothing has to brake: the list leaves these times out."""
+TOLD = ("hold", "stop", "stop to hold")
+"""What says how soon the robot brakes: the list leaves other times out."""
 Entry = Mapping[str, Any]
 
 
@@ -89,29 +89,38 @@ def _wrapped(line: str) -> str:
 
 
 def _lines(entries: Sequence[Entry]) -> list[str]:
-    """One line for the forms of a fault that have the same outcome and the same bound."""
+    """One line a number; its forms that have the same outcome and the same bound are one."""
     forms: dict[tuple[Any, ...], list[Entry]] = {}
     for entry in entries:
-        is_told = entry["bound_ms"] and not str(entry["measures"]).startswith(ANSWERS)
-        bound = is_told and (entry["measures"], entry["bound_ms"])
+        bound = _is_told(entry) and (entry["measures"], entry["bound_ms"])
         key = (entry["row"], _verdict(entry), entry["outcome"], bound)
         forms.setdefault(key, []).append(entry)
-    return [_line(same) for same in forms.values()]
+    numbers: dict[int, list[Sequence[Entry]]] = {}
+    for same in forms.values():
+        numbers.setdefault(int(same[0]["row"]), []).append(same)
+    return [
+        f"- {number}: {' '.join(_said(*two) for two in pairwise([[], *every]))}"
+        for number, every in numbers.items()
+    ]
 
 
-def _line(same: Sequence[Entry]) -> str:
+def _is_told(entry: Entry) -> bool:
+    return entry["bound_ms"] is not None and entry["measures"] in TOLD
+
+
+def _said(before: Sequence[Entry], same: Sequence[Entry]) -> str:
     """Of its times the longest of any form."""
     entry = same[0]
     said = _failure(entry) + _outcome(same)
-    faults = _together([one["fault"] for one in same])
-    return f"- **{entry['row']}: {faults}.** {said[0].upper()}{said[1:]}."
+    faults = _together([one["fault"] for one in same], before[-1]["fault"] if before else "")
+    return f"**{faults}.** {said[0].upper()}{said[1:]}."
 
 
 def _outcome(same: Sequence[Entry]) -> str:
     """With the longest time behind it, or behind the word that says what was measured."""
     entry = same[0]
-    outcome, measures = str(entry["outcome"]), str(entry["measures"])
-    if entry["bound_ms"] is None or measures.startswith(ANSWERS):
+    outcome, measures = str(entry["outcome"]), str(entry["measures"]).removeprefix("stop to ")
+    if not _is_told(entry):
         return outcome
     time = f"{_most(same, 'max_ms')}/{_ms(entry['bound_ms'])}"
     said, ends, more = outcome.partition(";")
@@ -123,16 +132,17 @@ def _forms(rows: Sequence[Row]) -> list[str]:
     forms: dict[int, list[str]] = {}
     for row in rows:
         forms.setdefault(row.number, []).append(row.fault)
-    return [f"- **{number}: {_first_of(every)}.** Not measured." for number, every in forms.items()]
+    return [f"- {number}: **{_first_of(every)}.** Not measured." for number, every in forms.items()]
 
 
 def _first_of(faults: Sequence[str]) -> str:
     return f"{faults[0]}; {len(faults) - 1} more" if len(faults) > 1 else faults[0]
 
 
-def _together(faults: Sequence[str]) -> str:
+def _together(faults: Sequence[str], before: str) -> str:
     """The forms of a fault; what one and the form before, or the first, begin with is said once."""
-    return "; ".join([faults[0], *(_briefly(*two, faults[0]) for two in pairwise(faults))])
+    head = _briefly(before, faults[0], "")
+    return "; ".join([head, *(_briefly(*two, faults[0]) for two in pairwise(faults))])
 
 
 def _briefly(before: str, fault: str, first: str) -> str:

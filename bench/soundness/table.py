@@ -12,9 +12,8 @@ from bench.soundness.results import Results
 from bench.soundness.usability import Usability
 
 COLUMNS = (
-    *("robot", "chunks followed", "refused", "rows that acted", "breaches"),
-    *("rows executed", "stops", "ticks in breach"),
-    *("demonstrations", "not released whole"),
+    *("robot", "chunks followed; refused", "rows that acted; breaches"),
+    *("rows executed; stops; ticks in breach", "demonstrations; chunks not released whole"),
 )
 BEGIN = "<!-- from here on written by: python -m bench.soundness --write -->"
 
@@ -53,23 +52,19 @@ def write(path: Path, text: str) -> None:
 
 def _row(one: Results) -> str:
     followed, executed, good = one.kinematic, one.simulated, one.usability
+    done = f"{good.succeeded} of {good.episodes}" if good.succeeded else "no task"
     return _line(
         one.robot,
-        f"{followed.chunks:,}",
-        f"{followed.refused.total():,}",
-        f"{followed.rows:,}",
-        _names(followed.breaches),
-        f"{executed.rows:,}",
-        _names(executed.stops),
-        _names(executed.breaches),
-        f"{good.succeeded} of {good.episodes}" if good.succeeded else "no task",
-        _flawed(good),
+        f"{followed.chunks:,}; {followed.refused.total():,}",
+        f"{followed.rows:,}; {_names(followed.breaches)}",
+        f"{executed.rows:,}; {_names(executed.stops)}; {_names(executed.breaches)}",
+        f"{done}; {_flawed(good)}",
     )
 
 
 def _flawed(good: Usability) -> str:
     """How many chunks of the demonstrations, and what the gate did to those not released whole."""
-    kinds = {"refused": good.refused, "truncated": good.truncated, "cut off": good.cut}
+    kinds = {"refused": good.refused, "truncated": good.truncated, "revoked": good.cut}
     done = [f"{found.total():,} {name}" for name, found in kinds.items() if found]
     stops = [f"stops: {_names(good.stops)}"] if good.stops else []
     return f"{', '.join([*done, *stops]) or '0'} of {good.chunks:,}"

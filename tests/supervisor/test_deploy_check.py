@@ -14,8 +14,9 @@ import pytest
 import yaml
 
 from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ServiceError
 from fairlead.paths import repo_root
-from fairlead_tools.deploy.all_hosts import compare
+from fairlead_tools.deploy.all_hosts import ask_host, compare
 from fairlead_tools.deploy.host_report import HostReport
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
@@ -59,6 +60,15 @@ def test_what_has_to_be_the_same_on_all_hosts_is_compared(what: str, tmp_path: P
     other = REPORT.model_copy(update={"host": "gpu"} | changed)
     found = list(compare(load_deployment(file), [REPORT, other]))
     assert len(found) == bool(expected) and all(expected in text for text in found), found
+
+
+@pytest.mark.processes
+def test_a_host_that_answers_in_two_lines_is_a_problem_of_one(tmp_path: Path) -> None:
+    file = tmp_path / "two.yaml"
+    file.write_text(yaml.safe_dump(content(hosts={"robot": "10.77.0.8", "gpu": "10.77.0.9"})))
+    reach = "sh -c 'echo banner; echo timed out' {address}"
+    with pytest.raises(ServiceError, match="cannot be asked: banner; timed out; by hand, there: "):
+        ask_host(file, load_deployment(file), "gpu", reach, "fairlead")
 
 
 def test_hosts_without_a_runner_or_an_assembler_are_compared_too(tmp_path: Path) -> None:

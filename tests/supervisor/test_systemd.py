@@ -114,6 +114,16 @@ def test_a_user_that_would_write_a_line_of_its_own_is_refused(tmp_path: Path) ->
     assert "--user: expected a user's name of a-z 0-9 _ -, got" in done.stderr
 
 
+@pytest.mark.parametrize(("user", "is_missing"), [("nobody-here", True), ("root", False)])
+def test_a_user_that_this_machine_has_not_is_to_be_made(
+    tmp_path: Path, user: str, is_missing: bool
+) -> None:
+    words = ["deploy", "units", FILE, "--host", "robot", "--out", str(tmp_path / "units")]
+    done = fairlead(*words, "--user", user, state=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (f"\nmake the user: useradd --system {user}\n" in done.stdout) == is_missing
+
+
 @pytest.mark.parametrize("service", ["safety", "state_assembler"])
 @pytest.mark.parametrize("name", ["file", "@name"])
 def test_a_service_says_when_it_is_ready_and_that_it_goes_on(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pwd
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -118,6 +119,10 @@ def units_command(
             (out / name).write_text(text, encoding="utf-8")
         echo(str(out / name))
     first = next(iter(units))
+    try:
+        pwd.getpwnam(user)
+    except KeyError:
+        echo(f"make the user: useradd --system {user}")
     echo(f"copy them to /etc/systemd/system, then: systemctl enable --now {' '.join(units)}")
     echo(f"to stop all: systemctl stop {first}")
 

@@ -26,7 +26,7 @@ OBEYED = Check(
     "apply() each row in its tick; `acted` is what was done in the tick before",
 )  # fmt: skip
 SECOND_GATE = Check(
-    "a second gate is noticed", "a stop of the HAL's own", "README.md: honest limits", HOST
+    "a second gate is noticed", "a stop of the HAL's own", "docs/hosts.md: a stolen name", HOST
 )
 
 

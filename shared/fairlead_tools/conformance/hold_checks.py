@@ -47,7 +47,7 @@ STOP = Check(
 )
 STOP_TOLD = Check(
     "a stop is repeated", "every 50 ms until a lease lists it; status says holding",
-    "docs/design.md: keys", HOST,
+    "docs/time-and-pacing.md: lost messages", HOST,
 )  # fmt: skip
 STOP_STAYS = Check(
     "a stop stays", "until the gate that listed it lists it no longer, and is then forgotten",

@@ -73,8 +73,13 @@ def ask_host(file: Path, deployment: Deployment, host: str, reach: str, program:
     except OSError as error:
         raise ServiceError(f"host {host}: cannot be asked: {error}{by_hand}") from None
     except (ValueError, KeyError, TypeError, ValidationError):
-        said = (done.stderr.strip() or done.stdout.strip() or f"status {done.returncode}")[-500:]
-        raise ServiceError(f"host {host}: cannot be asked: {said}{by_hand}") from None
+        raise ServiceError(f"host {host}: cannot be asked: {_said(done)}{by_hand}") from None
+
+
+def _said(done: subprocess.CompletedProcess[str]) -> str:
+    """On one line."""
+    text = done.stderr.strip() or done.stdout.strip() or f"status {done.returncode}"
+    return "; ".join(text[-500:].splitlines())
 
 
 def compare(deployment: Deployment, reports: Sequence[HostReport]) -> Iterator[str]:
