@@ -14,7 +14,7 @@ of which more than 5 % of the ticks held or never came are not carried: that is 
 ratio. Where a machine is full aims are missed: --json says how full it was.
 
 dora-rs lives in an environment of its own (build/dora, or DORA=FOLDER); how to make it is said
-where it is absent. --write puts fairlead's rows into docs/speed.md.
+where it is absent. --write puts the table into docs/speed.md.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seconds", type=float, default=10.0, help="of each measurement")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--json", action="store_true", help="print one JSON document instead")
-    parser.add_argument("--write", action=Write, help="put fairlead's rows into docs/speed.md")
+    parser.add_argument("--write", action=Write, help="put the table into docs/speed.md")
     args = parser.parse_args()
     if args.seconds <= 0 or args.rounds < 1:
         parser.error(f"expected time and rounds, got {args.seconds:g} s, {args.rounds} rounds")
@@ -196,8 +196,7 @@ def main() -> int:
     else:
         print("\n\n".join((table(every, failed), *tables.values())))
     if args.write:
-        own = {key: why for key, why in failed.items() if key[1] != THEIRS}
-        write_table("scale", table([one for one in every if one.way != THEIRS], own))
+        write_table("scale", table(every, failed))
     missed = misses(every)
     for text in missed:
         print(f"bench.scale: missed: {text}", file=sys.stderr)

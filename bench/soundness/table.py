@@ -12,8 +12,9 @@ from bench.soundness.results import Results
 from bench.soundness.usability import Usability
 
 COLUMNS = (
-    *("robot", "chunks followed; refused", "rows that acted; breaches"),
-    *("rows executed; stops; ticks in breach", "demonstrations; chunks not released whole"),
+    *("robot", "chunks followed", "refused", "rows that acted", "breaches"),
+    *("rows executed", "stops", "ticks in breach"),
+    *("demonstrations", "not released whole"),
 )
 BEGIN = "<!-- from here on written by: python -m bench.soundness --write -->"
 
@@ -52,13 +53,17 @@ def write(path: Path, text: str) -> None:
 
 def _row(one: Results) -> str:
     followed, executed, good = one.kinematic, one.simulated, one.usability
-    done = f"{good.succeeded} of {good.episodes}" if good.succeeded else "no task"
     return _line(
         one.robot,
-        f"{followed.chunks:,}; {followed.refused.total():,}",
-        f"{followed.rows:,}; {_names(followed.breaches)}",
-        f"{executed.rows:,}; {_names(executed.stops)}; {_names(executed.breaches)}",
-        f"{done}; {_flawed(good)}",
+        f"{followed.chunks:,}",
+        f"{followed.refused.total():,}",
+        f"{followed.rows:,}",
+        _names(followed.breaches),
+        f"{executed.rows:,}",
+        _names(executed.stops),
+        _names(executed.breaches),
+        f"{good.succeeded} of {good.episodes}" if good.succeeded else "no task",
+        _flawed(good),
     )
 
 

@@ -90,7 +90,8 @@ TEST_CASE("where little of the rows before may have happened, a tool's joints go
   }
 }
 
-TEST_CASE("G030 joints get where a tool is to be from wherever little of the rows before leaves it") {
+TEST_CASE(
+    "G030 joints get where a tool is to be from wherever little of the rows before leaves it") {
   Limits limits = free_arm::limits();
   limits.parts[arm].joints.clear();
   for (const std::size_t joint : {slide_x, slide_y, turn_z}) {
