@@ -19,6 +19,7 @@ from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError, FairleadError, PolicyError, expected
 from fairlead.policy import Actions, Done, Failed, Observation, Policy
+from fairlead.reason_text import reason_of
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest
@@ -267,9 +268,8 @@ def asked(
         raise
     except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a policy raises
         print_exc()
-        what = f"{type(error).__name__}: {error}"
         where = f"skill {skill.id}: infer failed in tick {observation.tick}"
-        raise PolicyError(f"dataset record: {where}: {what}") from None
+        raise PolicyError(f"dataset record: {where}: {reason_of(error)}") from None
 
 
 def _noisy(contract: ActionContract) -> npt.NDArray[np.float64]:
