@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ServiceError
 from fairlead.messages import ResetEpisodeReply
 from fairlead.operate.goal_hearing import Progress
@@ -61,9 +62,11 @@ def deployed_episodes(
     Raises:
         ServiceError: a service failed, or the goal did for another reason than the task.
     """
+    deployment = load_deployment(source)
+    hal, runner = deployment.only("hal_sim"), deployment.only("skill_runner")
     options: dict[str, dict[str, Any]] = {
-        "hal": {"trace": True, **({} if load_skill(wish.skill).images else {"cameras": []})},
-        "runner": {"trace": True},
+        hal: {"trace": True, **({} if load_skill(wish.skill).images else {"cameras": []})},
+        runner: {"trace": True},
     }
     scratch = make_scratch(source, folder, ScratchOptions(pacing="lockstep", options=options))
     ended = []
@@ -81,13 +84,13 @@ def deployed_episodes(
                     f"logs: {folder / 'logs'}"
                 )
             # The next goal's calls take the place of this one's.
-            calls = written_calls(folder / "runner", progress.inferences)
+            calls = written_calls(folder / runner, progress.inferences)
             ended.append((seed, reset, result, calls))
     found = []
     for seed, reset, result, calls in ended:
         # The goal ends on what it sees in its last tick, before a row acts in it.
         ticks = range(reset.tick - reset.held_ticks, result.last_tick)
-        trace = read_episode(folder / "hal", calls, ticks, result.outcome == "succeeded")
+        trace = read_episode(folder / hal, calls, ticks, result.outcome == "succeeded")
         found.append(DeployedEpisode(seed, trace, reset, calls))
     return found
 
