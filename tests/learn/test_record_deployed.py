@@ -11,10 +11,13 @@ from pyarrow import parquet
 
 from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ServiceError
 from fairlead.paths import deployment_path, rskill_dir
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.learn.dataset import Episode, episodes, read_header
 from fairlead_tools.learn.record import record
+from fairlead_tools.parity import deployed_episode
+from fairlead_tools.parity.deployed_episode import by_tick
 from tests.cli.command import fairlead, fairlead_here
 
 SKILL, EXPERT, TICKS = "leaps-once", "oracle-counter-to-cabinet", 16
@@ -112,6 +115,18 @@ def test_where_all_is_released_it_is_what_one_process_records_bit_for_bit(
     assert one.pictures.keys() == local.pictures.keys() == skill.images.keys()
     for eye, frames in local.pictures.items():
         np.testing.assert_array_equal(one.pictures[eye], frames)
+
+
+def test_of_what_a_full_disk_left_out_of_a_trace_is_said_how_much_room_there_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trace = tmp_path / "trace.jsonl"
+    trace.write_text('{"tick": 1}\n{"tick": 2, "qp')
+    assert by_tick(trace) == {1: {"tick": 1}}
+    monkeypatch.setattr(deployed_episode, "_WRITTEN_TIMEOUT_S", 0.0)
+    said = f"{trace}: expected 2 policy calls, got 1 \\([0-9.]+ MB are free there\\)$"
+    with pytest.raises(ServiceError, match=said):
+        deployed_episode.written_calls(tmp_path, 2)
 
 
 @pytest.mark.parametrize("option", [("--noise", "0.1"), ("--expert", EXPERT)])

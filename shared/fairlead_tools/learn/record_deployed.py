@@ -30,6 +30,7 @@ from fairlead.wire.bus import Sample
 from fairlead_tools.learn.dataset import Episode
 from fairlead_tools.parity.deployed_episode import by_tick, written_calls
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.writable import room
 
 if TYPE_CHECKING:
     from fairlead_skill_runner import TraceRecord
@@ -231,5 +232,5 @@ class _Rows:
             file = self._hal / name
             missing = set(ticks) - set(by_tick(file) if file.exists() else ())
             if missing:
-                return f"the HAL's line of tick {min(missing)} in {file}"
+                return f"the HAL's line of tick {min(missing)} in {file} ({room(file)})"
         return ""

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fairlead.deploy.deployment import load_deployment
-from fairlead.errors import ServiceError
+from fairlead.errors import ServiceError, expected
 from fairlead.messages import ResetEpisodeReply
 from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.parity.episode_trace import EpisodeTrace
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.writable import room
 
 if TYPE_CHECKING:
     from fairlead.policy import Actions
@@ -101,10 +102,11 @@ def written_calls(runner: Path, count: int) -> list[TraceRecord]:
     Raises:
         ServiceError: it did not.
     """
-    until = time.monotonic() + _WRITTEN_TIMEOUT_S
-    while (found := (runner / "trace.jsonl").read_bytes().count(b"\n")) < count:
+    until, trace = time.monotonic() + _WRITTEN_TIMEOUT_S, runner / "trace.jsonl"
+    while (found := trace.read_bytes().count(b"\n")) < count:
         if time.monotonic() > until:
-            raise ServiceError(f"parity: expected {count} calls in {runner}, got {found}")
+            got = f"{found} ({room(trace)})"
+            raise ServiceError(expected(str(trace), f"{count} policy calls", got))
         time.sleep(_POLL_S)
     return _calls(runner)
 
@@ -142,6 +144,6 @@ def _calls(runner: Path) -> list[TraceRecord]:
 
 
 def by_tick(file: Path) -> dict[int, dict[str, Any]]:
-    """A HAL's ``trace.jsonl`` or ``motion.jsonl``, the last line of each tick."""
-    lines = file.read_text(encoding="ascii").splitlines()
+    """A HAL's ``trace.jsonl`` or ``motion.jsonl``, the last whole line of each tick."""
+    *lines, _ = file.read_text(encoding="ascii").split("\n")
     return {line["tick"]: line for line in map(json.loads, lines)}
