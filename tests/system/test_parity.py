@@ -18,7 +18,7 @@ from fairlead.paths import deployment_path, rskill_dir
 from fairlead_tools.parity import deployed_episode, plain_episodes
 from fairlead_tools.parity.episode_trace import EpisodeTrace, compare
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead, fairlead_here
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
@@ -130,6 +130,22 @@ def test_the_plain_loop_knows_nothing_of_the_hal_but_the_scene() -> None:
         "fairlead_hal_sim.graphics_choice",
         "fairlead_hal_sim.quiet_robosuite",
     ]
+
+
+def test_rows_of_several_control_periods_are_refused_before_anything_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest = yaml.safe_load((rskill_dir("oracle-counter-to-cabinet") / "rskill.yaml").read_text())
+    (tmp_path / "slow").mkdir()
+    (tmp_path / "slow" / "rskill.yaml").write_text(
+        yaml.safe_dump(manifest | {"id": "slow", "rate_hz": 10})
+    )
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    out = tmp_path / "out"
+    done = fairlead_here("parity", "--skill", "slow", "--out", str(out), state=tmp_path)
+    said = "ERROR parity: skill slow: expected a row for each control period, got 10 rows/s\n"
+    assert (done.returncode, done.stderr) == (1, said)
+    assert not out.exists()
 
 
 def test_hal_and_runner_are_traced_whatever_the_deployment_calls_them(

@@ -23,7 +23,14 @@ from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
 from fairlead_tools.learn.dataset import NO_LABELS, Episode
-from fairlead_tools.parity.local_episode import asked, commands_of, make_policy, observe, raising
+from fairlead_tools.parity.local_episode import (
+    asked,
+    commands_of,
+    make_policy,
+    observe,
+    raising,
+    require_each_period,
+)
 from fairlead_tools.parity.local_eyes import LocalEyes
 
 if TYPE_CHECKING:
@@ -75,11 +82,7 @@ def record(
     from fairlead_hal_sim import HalSimOptions, RobosuiteBackend
 
     robot = load_robot(deployment.robot)
-    if skill.control_periods(robot.tick_period_ns) != 1:
-        raise ConfigError(
-            expected(f"dataset record: skill {skill.id}", "a row for each control period",
-                     f"{skill.rate_hz:g} rows/s")
-        )  # fmt: skip
+    require_each_period(WHO, skill, robot)
     if teacher is not None and not _same_rows(teacher.skill, skill):
         raise ConfigError(
             expected(f"dataset record: expert {teacher.skill.id}", "rate, horizon and "

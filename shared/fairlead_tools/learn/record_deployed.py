@@ -17,7 +17,7 @@ import numpy as np
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.service_options import check_options
-from fairlead.errors import ConfigError, ServiceError, expected
+from fairlead.errors import ConfigError, ServiceError
 from fairlead.messages import Image, LayoutState, decode
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_hearing import Progress
@@ -29,6 +29,7 @@ from fairlead.skill.routes import resolve_routes
 from fairlead.wire.bus import Sample
 from fairlead_tools.learn.dataset import Episode
 from fairlead_tools.parity.deployed_episode import by_tick, written_calls
+from fairlead_tools.parity.local_episode import require_each_period
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from fairlead_tools.writable import room
 
@@ -58,11 +59,7 @@ def record_deployed(
         ServiceError: a service failed, or the policy was never asked.
     """
     deployment = load_deployment(source)
-    if skill.control_periods(load_robot(deployment.robot).tick_period_ns) != 1:
-        raise ConfigError(
-            expected(f"dataset record: skill {skill.id}", "a row for each control period",
-                     f"{skill.rate_hz:g} rows/s")
-        )  # fmt: skip
+    require_each_period("dataset record", skill, load_robot(deployment.robot))
     hal, runner = deployment.only("hal_sim"), deployment.only("skill_runner")
     options: dict[str, dict[str, Any]] = {hal: {"trace": True}, runner: {"trace": True}}
     if not skill.images:

@@ -12,12 +12,12 @@ import numpy as np
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
-from fairlead.errors import ConfigError, FairleadError, PolicyError
+from fairlead.errors import ConfigError, FairleadError, PolicyError, expected
 from fairlead.hal.backend import Backend, PartCommand
 from fairlead.messages import ActionPart, ResetEpisodeReply, floats
 from fairlead.policy import Actions, Done, Failed, Observation
 from fairlead.reason_text import reason_of
-from fairlead.robot.manifest import load_robot
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.deltas import NOW
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route, resolve_routes
@@ -50,10 +50,6 @@ class LocalEpisode:
         from fairlead_state_assembler import LocalAssembler
 
         robot = load_robot(deployment.robot)
-        if skill.control_periods(robot.tick_period_ns) != 1:
-            raise ConfigError(
-                f"parity: skill {skill.id}: its rows have to be the simulator's steps"
-            )
         hal = deployment.only("hal_sim")
         options = check_options(deployment, hal, HalSimOptions)
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
@@ -145,6 +141,13 @@ def local_episode(
             pass
         episode.trace.succeeded = episode.succeeded
         return episode.trace
+
+
+def require_each_period(who: str, skill: SkillManifest, robot: RobotManifest) -> None:
+    """Raises `ConfigError` where a row is not for one control period, a step of the simulator."""
+    if skill.control_periods(robot.tick_period_ns) != 1:
+        wanted, got = "a row for each control period", f"{skill.rate_hz:g} rows/s"
+        raise ConfigError(expected(f"{who}: skill {skill.id}", wanted, got))
 
 
 def make_policy(skill: SkillManifest) -> Policy:
