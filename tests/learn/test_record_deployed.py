@@ -25,6 +25,8 @@ SOURCE = "panda_mobile_sim"
 POLICY = """
 import numpy as np
 
+from fairlead.policy import Done
+
 
 class Policy:
     @classmethod
@@ -36,11 +38,13 @@ class Policy:
 
     def infer(self, observation):
         self.calls += 1
+        if self.calls == 3:
+            return Done("enough")
         rows = np.zeros((8, 12), np.float32)
         rows[:, 2] = 5.0 if self.calls == 2 else 0.1
         return rows
 """
-"""Its second answer is far beyond the limits: the gate refuses it."""
+"""Its second answer is far beyond the limits: the gate refuses it. The third ends the goal."""
 
 
 def write_skill(folder: Path) -> None:
@@ -72,13 +76,14 @@ def test_a_refused_row_is_told_from_those_the_gate_released(
     write_skill(tmp_path / "skills")
     one = recorded(SKILL, tmp_path)
     leaps = one.rows[:, 2] == 5.0
-    assert leaps.sum() == 1, "refused, it is asked anew in the next tick"
+    assert leaps.sum() == 1, "refused, it is asked anew in the next tick, and ends"
     np.testing.assert_array_equal(one.released, ~leaps)
     assert (one.acted[one.released, 2] == np.float32(0.1)).all()
     assert not one.acted[leaps, :6].any(), "it holds"
     (told,) = read_header(tmp_path / "data").episodes
     assert (told.ticks, told.released) == (len(leaps), len(leaps) - 1)
     shown = fairlead_here("dataset", "show", str(tmp_path / "data"), state=tmp_path)
+    assert not told.succeeded, "that is the task's word, not the policy's"
     assert f"5 {told.ticks} {told.released} no" in " ".join(shown.stdout.split())
     target = tmp_path / "lerobot"
     done = fairlead_here(

@@ -28,7 +28,7 @@ from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
 from fairlead.wire.bus import Sample
 from fairlead_tools.learn.dataset import Episode
-from fairlead_tools.parity.deployed_episode import by_tick, written_calls
+from fairlead_tools.parity.deployed_episode import by_tick, calls_with_rows, written_calls
 from fairlead_tools.parity.local_episode import require_each_period
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from fairlead_tools.writable import room
@@ -80,16 +80,19 @@ def record_deployed(
             result = progress.result
             assert result is not None
             ticks = range(result.first_tick, result.last_tick)
-            if result.outcome == "cancelled" or not (progress.inferences and ticks):
+            has_rows = calls_with_rows(progress) and ticks
+            if result.outcome == "cancelled" or result.kind == "policy_error" or not has_rows:
+                when = "" if has_rows else " before any row acted"
                 raise ServiceError(
-                    f"dataset record: seed {seed}: {result.outcome} before any row acted: "
-                    f"{result.kind}: {result.detail}; logs: {folder / 'logs'}"
+                    f"dataset record: seed {seed}: {result.outcome}{when}: {result.kind}: "
+                    f"{result.detail}; logs: {folder / 'logs'}"
                 )
-            calls = written_calls(folder / runner, progress.inferences)
+            calls = written_calls(folder / runner, calls_with_rows(progress))
             episode = _Rows(skill, scratch.deployment.robot, calls, folder / hal).episode(
                 seed, ear.observations(ticks), ticks
             )
-            yield replace(episode, succeeded=result.outcome == "succeeded")
+            is_known = result.decided_by == "task" or skill.decided_by == "policy"
+            yield replace(episode, succeeded=result.outcome == "succeeded" and is_known)
 
 
 def _tell(on_tick: Callable[[int, int], None], seed: int, now: Progress) -> None:

@@ -85,7 +85,7 @@ def deployed_episodes(
                     f"logs: {folder / 'logs'}"
                 )
             # The next goal's calls take the place of this one's.
-            calls = written_calls(folder / runner, progress.inferences)
+            calls = written_calls(folder / runner, calls_with_rows(progress))
             ended.append((seed, reset, result, calls))
     found = []
     for seed, reset, result, calls in ended:
@@ -94,6 +94,13 @@ def deployed_episodes(
         trace = read_episode(folder / hal, calls, ticks, result.outcome == "succeeded")
         found.append(DeployedEpisode(seed, trace, reset, calls))
     return found
+
+
+def calls_with_rows(progress: Progress) -> int:
+    """Calls of the policy that are in the trace: the last one may have ended the goal instead."""
+    result = progress.result
+    ended = result is not None and (result.decided_by == "policy" or result.kind == "policy_error")
+    return progress.inferences - ended
 
 
 def written_calls(runner: Path, count: int) -> list[TraceRecord]:
