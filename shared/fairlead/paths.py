@@ -125,11 +125,11 @@ def deployment_path(wanted: str) -> Path:
     Raises:
         ConfigError: there is neither, naming the deployments there are.
     """
-    if Path(wanted).is_file():
-        return Path(wanted)
-    files = {path.stem: path for path in reversed(deployment_files())}
-    named = files.get(wanted.removesuffix(".yaml"))
-    if "/" not in wanted and named is not None:
+    with suppress(PermissionError):  # the folder that we are in may not be entered
+        if Path(wanted).is_file():
+            return Path(wanted)
+    known = {path.stem: path for path in reversed(deployment_files())}
+    if "/" not in wanted and (named := known.get(wanted.removesuffix(".yaml"))):
         return named
     there = Path(wanted).exists() or Path(wanted).is_symlink()
     none = "no file that can be read" if there else "no such file"  # a folder, a ring of links

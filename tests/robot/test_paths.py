@@ -15,6 +15,8 @@ from fairlead.paths import (
     robot_dir,
     rskill_dir,
 )
+from fairlead.skill.manifest import find_skill
+from fairlead_tools.supervisor.slot import digests
 
 
 @pytest.fixture
@@ -190,3 +192,22 @@ def test_a_user_without_a_home_is_told_what_to_set(monkeypatch: pytest.MonkeyPat
     said = "fairlead: expected XDG_STATE_HOME or HOME as an absolute path: uid [0-9]+ has no home, "
     with pytest.raises(ConfigError, match=said + "got neither"):
         paths.user_state_dir()
+
+
+def test_what_has_a_name_is_found_from_a_folder_that_may_not_be_entered(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As after ``sudo -u fairlead`` in one's own home."""
+    real = Path.stat
+
+    def stat(path: Path, **options: bool) -> os.stat_result:
+        if not path.is_absolute():
+            raise PermissionError(13, "Permission denied", str(path))
+        return real(path, **options)
+
+    monkeypatch.setattr(Path, "stat", stat)
+    assert deployment_path("panda_mujoco") == repo_root() / "compose" / "panda_mujoco.yaml"
+    assert find_skill("panda-joint-reach") == rskill_dir("panda-joint-reach")
+    assert digests(["gate", "--listen", "unixsock-stream//folder/safety.sock"]) == {}
+    with pytest.raises(PermissionError):
+        deployment_path("mine.yaml")
