@@ -13,7 +13,6 @@ from fairlead.deploy.service_options import check_options
 from fairlead.errors import ConfigError
 from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import deployment_path
-from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_tools.cli.console import ProgressLine, echo, ends_like_ctrl_c, print_json, print_table
 from fairlead_tools.cli.demo import SOURCE, CopiedOption
@@ -21,7 +20,7 @@ from fairlead_tools.cli.options import MAX_NUMBER, JsonOption, example
 from fairlead_tools.cli.skill import installed_skill
 from fairlead_tools.parity.deployed_episode import DeployedEpisode, deployed_episodes
 from fairlead_tools.parity.episode_trace import Comparison, compare
-from fairlead_tools.parity.local_episode import local_episode, require_each_period
+from fairlead_tools.parity.local_episode import local_episode
 from fairlead_tools.parity.plain_episodes import (
     PlainComparison,
     check_comparable,
@@ -76,7 +75,6 @@ def parity_command(
     if random_scale is not None:
         deployed = random_episodes(loaded, manifest, random_scale, seeds, ticks)
     else:
-        require_each_period("parity", manifest, load_robot(loaded.robot))
         require_writable("parity: --out", out)
         with ends_like_ctrl_c(), ProgressLine(quiet=as_json) as line:
             deployed = deployed_episodes(

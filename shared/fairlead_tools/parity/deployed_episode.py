@@ -16,8 +16,10 @@ from fairlead.errors import ServiceError, expected
 from fairlead.messages import ResetEpisodeReply
 from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.parity.episode_trace import EpisodeTrace
+from fairlead_tools.parity.local_episode import require_each_period
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
 from fairlead_tools.writable import room
 
@@ -61,12 +63,14 @@ def deployed_episodes(
         folder: emptied, then holds the services' state and traces.
 
     Raises:
+        ConfigError: a row of the skill is for more than a step of the simulator.
         ServiceError: a service failed, or the goal did for another reason than the task.
     """
-    deployment = load_deployment(source)
+    deployment, skill = load_deployment(source), load_skill(wish.skill)
+    require_each_period("parity", skill, load_robot(deployment.robot))
     hal, runner = deployment.only("hal_sim"), deployment.only("skill_runner")
     options: dict[str, dict[str, Any]] = {
-        hal: {"trace": True, **({} if load_skill(wish.skill).images else {"cameras": []})},
+        hal: {"trace": True, **({} if skill.images else {"cameras": []})},
         runner: {"trace": True},
     }
     scratch = make_scratch(source, folder, ScratchOptions(pacing="lockstep", options=options))
