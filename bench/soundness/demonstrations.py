@@ -11,9 +11,8 @@ from fairlead.skill.manifest import load_skill
 from fairlead.skill.routes import resolve_routes
 from fairlead_skill_runner import dispatch, fitted
 from fairlead_state_assembler import LocalAssembler
-from fairlead_tools.learn.record import asked
 from fairlead_tools.measure.driven_robot import DrivenRobot
-from fairlead_tools.parity.local_episode import commands_of, make_policy, observe
+from fairlead_tools.parity.local_episode import asked, commands_of, make_policy, observe
 
 SKILLS = {
     "panda_mobile": ("oracle-counter-to-cabinet",),
@@ -44,7 +43,8 @@ class Demonstration:
     def chunk(self, tick: int) -> Rows:
         """The next rows that act, from the one for ``tick`` on; none if the policy is done."""
         state = observe(self._assembler, self._driven.backend, self._skill)
-        said = asked(self._policy, self._skill, Observation(tick, state, self._skill.prompt))
+        seen = Observation(tick, state, self._skill.prompt)
+        said = asked("demonstration", self._policy, self._skill, seen)
         if isinstance(said, Failed):
             raise PolicyError(f"skill {self._skill.id} gave up in tick {tick}: {said.reason}")
         if isinstance(said, Done):

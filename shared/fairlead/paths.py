@@ -10,9 +10,8 @@ this package, then from this package upwards (an editable install, whose package
 checkout). What belongs to the user lies outside of it: skills in ``FAIRLEAD_SKILLS``, robots
 in ``FAIRLEAD_ROBOTS`` and calibrations in ``FAIRLEAD_CALIBRATIONS``, else in the user's data
 folder. What runs keeps its state in ``FAIRLEAD_STATE``, passwords and certificates in
-``FAIRLEAD_ACCESS``, else in the user's state folder.
-Other installed packages may have ``robots/``, ``rskills/`` and ``compose/`` too, in a folder
-that they register in ``fairlead.data``.
+``FAIRLEAD_ACCESS``, else in the user's state folder. Other installed packages may have ``robots/``,
+``rskills/`` and ``compose/`` too, in a folder that they register in ``fairlead.data``.
 
 Of one name, what ships comes first, then what is the user's, then what packages bring.
 """
@@ -24,7 +23,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, expected
 from fairlead.plugins import data_folders
 
 ROOT_VARIABLE = "FAIRLEAD_ROOT"
@@ -85,10 +84,7 @@ def user_calibrations_dir() -> Path:
 def user_state_dir() -> Path:
     """Where what runs on this machine is listed, and keeps its logs and state."""
     override = os.environ.get(STATE_VARIABLE)
-    if override:
-        return Path(override).absolute()
-    home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(home) / "fairlead"
+    return Path(override).absolute() if override else _in_home("XDG_STATE_HOME", ".local/state")
 
 
 def user_access_dir() -> Path:
@@ -129,11 +125,11 @@ def deployment_path(wanted: str) -> Path:
     Raises:
         ConfigError: there is neither, naming the deployments there are.
     """
-    if Path(wanted).is_file():
-        return Path(wanted)
-    files = {path.stem: path for path in reversed(deployment_files())}
-    named = files.get(wanted.removesuffix(".yaml"))
-    if "/" not in wanted and named is not None:
+    with suppress(PermissionError):  # the folder that we are in may not be entered
+        if Path(wanted).is_file():
+            return Path(wanted)
+    known = {path.stem: path for path in reversed(deployment_files())}
+    if "/" not in wanted and (named := known.get(wanted.removesuffix(".yaml"))):
         return named
     there = Path(wanted).exists() or Path(wanted).is_symlink()
     none = "no file that can be read" if there else "no such file"  # a folder, a ring of links
@@ -258,10 +254,17 @@ def _packaged(folder: str) -> list[Path]:
 
 def _users_own(variable: str, folder: str) -> Path:
     override = os.environ.get(variable)
-    if override:
-        return Path(override)
-    data = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
-    return Path(data) / "fairlead" / folder
+    return Path(override) if override else _in_home("XDG_DATA_HOME", ".local/share") / folder
+
+
+def _in_home(variable: str, default: str) -> Path:
+    """Our part of one of the user's folders; as XDG has it, a relative path is none."""
+    named = Path(os.environ.get(variable, ""))
+    try:
+        return (named if named.is_absolute() else Path.home() / default) / "fairlead"
+    except RuntimeError:
+        wanted = f"{variable} or HOME as an absolute path: uid {os.geteuid()} has no home"
+        raise ConfigError(expected("fairlead", wanted, "neither")) from None
 
 
 def _named_dir(what: str, name: str, parents: Sequence[Path], manifest: str) -> Path:

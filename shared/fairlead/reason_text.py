@@ -13,15 +13,14 @@ def short_text(text: str, most_letters: int = MOST_LETTERS) -> str:
     return text[:most_letters].encode(errors="backslashreplace").decode()[:most_letters]
 
 
-def reason_of(error: Exception) -> str:
+def reason_of(error: BaseException, most_letters: int = MOST_LETTERS) -> str:
     """What an error says, as `short_text`, with its type unless it is one of fairlead's own.
 
-    A driver may raise anything, also what cannot say what it is.
+    A driver or policy may raise anything, also what cannot say what it is.
     """
     try:
         said = str(error)
     except Exception as second:  # noqa: BLE001 - see above
         said = f"its text cannot be had: {type(second).__name__}"
-    return short_text(
-        said if isinstance(error, FairleadError) else f"{type(error).__name__}: {said}"
-    )
+    whole = said if isinstance(error, FairleadError) else f"{type(error).__name__}: {said}"
+    return short_text(whole, most_letters)

@@ -34,9 +34,14 @@ def not_written(who: str, path: Path, error: OSError) -> ConfigError:
     """What to say of an error while writing it; of a full disk also how much room is left."""
     reason = os.strerror(error.errno) if error.errno else str(error)  # without a library's words
     if error.errno in (errno.ENOSPC, errno.EDQUOT):
-        free = shutil.disk_usage(_nearest_folder(path)).free
-        reason += f" ({free / 1e6:.1f} MB are free there)"
+        reason += f" ({room(path)})"
     return ConfigError(f"{who}: cannot write to {path}: {reason}")
+
+
+def room(path: Path) -> str:
+    """What to say of the disk on which a file or folder is, or would be."""
+    free = shutil.disk_usage(_nearest_folder(path)).free
+    return f"{free / 1e6:.1f} MB are free there"
 
 
 def _nearest_folder(path: Path) -> Path:

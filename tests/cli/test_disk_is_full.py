@@ -15,6 +15,7 @@ from fairlead.deploy.credentials import write_private
 from fairlead.deploy.process_table import process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead.paths import repo_root, written
+from fairlead_tools.learn.dataset import add, read_header
 from fairlead_tools.writable import BLOCK, not_written
 from tests.cli.command import TIMEOUT_S, fairlead_command, fairlead_environment
 from tests.learn.drawn import drawn_dataset, drawn_episode
@@ -93,6 +94,22 @@ def test_an_export_that_finds_no_room_says_where_and_leaves_nothing(tmp_path: Pa
     said = f"ERROR export lerobot: cannot write to {target}: File too large\n"
     assert (done.returncode, done.stderr) == (1, said)
     assert files(target) == []
+
+
+def test_of_a_recording_that_finds_no_room_the_file_is_named_and_whole_episodes_stay(
+    tmp_path: Path,
+) -> None:
+    data = drawn_dataset(tmp_path, drawn_episode(1))
+    whole, header = sorted(files(data)), read_header(data)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    take_two_blocks()
+    try:
+        with pytest.raises(OSError, match="File too large") as caught:
+            add(data, header, drawn_episode(2, 200))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert caught.value.filename == str(data / "episode_000002.npz")
+    assert sorted(files(data)) == whole and read_header(data) == header
 
 
 def test_of_a_full_disk_is_said_how_much_room_is_left(tmp_path: Path) -> None:

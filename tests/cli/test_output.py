@@ -44,6 +44,17 @@ def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -
     assert (done.returncode, done.stderr) == (1, said)
 
 
+def test_an_error_that_finds_no_room_as_a_document_is_said_as_a_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["fairlead", "robot", "show", "nobody", "--json"])
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        monkeypatch.setattr("sys.stdout", full)
+        with pytest.raises(SystemExit, match="1"):
+            main()
+        assert "ERROR robot 'nobody': no file " in capsys.readouterr().err
+
+
 @pytest.mark.processes
 @pytest.mark.timeout(180)
 def test_up_on_a_full_disk_loses_what_it_prints_and_nothing_else(tmp_path: Path) -> None:

@@ -13,8 +13,10 @@ from fairlead.messages import ResetEpisodeReply
 from fairlead.paths import deployment_path
 from fairlead.policy import Done, Observation
 from fairlead.skill.manifest import load_skill
-from fairlead_tools.learn.record import Teacher, asked, record
-from fairlead_tools.parity.local_episode import LocalEpisode
+from fairlead_tools.learn import record as recording
+from fairlead_tools.learn.record import Teacher, record
+from fairlead_tools.parity import local_episode
+from fairlead_tools.parity.local_episode import LocalEpisode, asked
 from tests.learn.drawn import EXPERT
 from tests.runner.broken_policies import (
     Doubles,
@@ -74,13 +76,13 @@ SEEN = Observation(3, np.zeros(30), "")
 
 
 def test_what_a_policy_returns_is_checked_as_in_a_deployment_and_kept() -> None:
-    rows = asked(Doubles(EXPERT), EXPERT, SEEN)
+    rows = asked("test", Doubles(EXPERT), EXPERT, SEEN)
     assert isinstance(rows, np.ndarray) and rows.dtype == np.float32
     policy = Misbehaving(EXPERT)
-    rows = asked(policy, EXPERT, SEEN)
+    rows = asked("test", policy, EXPERT, SEEN)
     policy.rows[:] = 9.0  # its own array, for the next answer
     assert isinstance(rows, np.ndarray) and not rows.any()
-    assert isinstance(asked(Finishes(EXPERT), EXPERT, SEEN), Done)
+    assert isinstance(asked("test", Finishes(EXPERT), EXPERT, SEEN), Done)
     for kind, text in (
         (NotANumber, "finite float32 numbers, got nan in row 2 dimension 3"),
         (TooLong, r"expected actions as floats \[1 to 8, 12\], got float32 \[16, 12\]"),
@@ -89,7 +91,7 @@ def test_what_a_policy_returns_is_checked_as_in_a_deployment_and_kept() -> None:
         (Exits, "infer failed in tick 3: SystemExit: 0"),
     ):
         with pytest.raises(PolicyError, match=text):
-            asked(kind(EXPERT), EXPERT, SEEN)
+            asked("test", kind(EXPERT), EXPERT, SEEN)
 
 
 class Finishes(Misbehaving):
@@ -100,6 +102,25 @@ class Finishes(Misbehaving):
 class Exits(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
         raise SystemExit(0)
+
+
+class CannotBegin(Misbehaving):
+    def reset(self) -> None:
+        raise ValueError("no such token")
+
+
+def test_a_policy_that_fails_only_in_one_process_is_one_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(local_episode, "make_policy", Raises)
+    with (
+        closing(LocalEpisode(DEPLOYMENT, EXPERT, 5, RESET)) as local,
+        pytest.raises(PolicyError, match=r"^parity: skill .*: infer failed in tick 2: ValueE"),
+    ):
+        local.act()
+    monkeypatch.setattr(recording, "make_policy", CannotBegin)
+    with pytest.raises(PolicyError, match="^dataset record: seed 5: reset failed: ValueError: no"):
+        next(record(DEPLOYMENT, EXPERT, [5], 0.0, 16, lambda seed, tick: None))
 
 
 def test_an_expert_whose_rows_mean_something_else_is_refused() -> None:

@@ -11,16 +11,21 @@ from pyarrow import parquet
 
 from bench.equipment.rendering import CAN_RENDER
 from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ServiceError
 from fairlead.paths import deployment_path, rskill_dir
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.learn.dataset import Episode, episodes, read_header
 from fairlead_tools.learn.record import record
+from fairlead_tools.parity import deployed_episode
+from fairlead_tools.parity.deployed_episode import by_tick
 from tests.cli.command import fairlead, fairlead_here
 
 SKILL, EXPERT, TICKS = "leaps-once", "oracle-counter-to-cabinet", 16
 SOURCE = "panda_mobile_sim"
 POLICY = """
 import numpy as np
+
+from fairlead.policy import Done
 
 
 class Policy:
@@ -33,11 +38,13 @@ class Policy:
 
     def infer(self, observation):
         self.calls += 1
+        if self.calls == 3:
+            return Done("enough")
         rows = np.zeros((8, 12), np.float32)
         rows[:, 2] = 5.0 if self.calls == 2 else 0.1
         return rows
 """
-"""Its second answer is far beyond the limits: the gate refuses it."""
+"""Its second answer is far beyond the limits: the gate refuses it. The third ends the goal."""
 
 
 def write_skill(folder: Path) -> None:
@@ -69,13 +76,14 @@ def test_a_refused_row_is_told_from_those_the_gate_released(
     write_skill(tmp_path / "skills")
     one = recorded(SKILL, tmp_path)
     leaps = one.rows[:, 2] == 5.0
-    assert leaps.sum() == 1, "refused, it is asked anew in the next tick"
+    assert leaps.sum() == 1, "refused, it is asked anew in the next tick, and ends"
     np.testing.assert_array_equal(one.released, ~leaps)
     assert (one.acted[one.released, 2] == np.float32(0.1)).all()
     assert not one.acted[leaps, :6].any(), "it holds"
     (told,) = read_header(tmp_path / "data").episodes
     assert (told.ticks, told.released) == (len(leaps), len(leaps) - 1)
     shown = fairlead_here("dataset", "show", str(tmp_path / "data"), state=tmp_path)
+    assert not told.succeeded, "that is the task's word, not the policy's"
     assert f"5 {told.ticks} {told.released} no" in " ".join(shown.stdout.split())
     target = tmp_path / "lerobot"
     done = fairlead_here(
@@ -112,6 +120,18 @@ def test_where_all_is_released_it_is_what_one_process_records_bit_for_bit(
     assert one.pictures.keys() == local.pictures.keys() == skill.images.keys()
     for eye, frames in local.pictures.items():
         np.testing.assert_array_equal(one.pictures[eye], frames)
+
+
+def test_of_what_a_full_disk_left_out_of_a_trace_is_said_how_much_room_there_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trace = tmp_path / "trace.jsonl"
+    trace.write_text('{"tick": 1}\n{"tick": 2, "qp')
+    assert by_tick(trace) == {1: {"tick": 1}}
+    monkeypatch.setattr(deployed_episode, "_WRITTEN_TIMEOUT_S", 0.0)
+    said = f"{trace}: expected 2 policy calls, got 1 \\([0-9.]+ MB are free there\\)$"
+    with pytest.raises(ServiceError, match=said):
+        deployed_episode.written_calls(tmp_path, 2)
 
 
 @pytest.mark.parametrize("option", [("--noise", "0.1"), ("--expert", EXPERT)])

@@ -15,6 +15,8 @@ from fairlead.paths import (
     robot_dir,
     rskill_dir,
 )
+from fairlead.skill.manifest import find_skill
+from fairlead_tools.supervisor.slot import digests
 
 
 @pytest.fixture
@@ -166,3 +168,46 @@ def test_missing_gate_binary_names_the_command_that_builds_it(checkout: Path) ->
         f"safety gate: no binary at {checkout}/build/safety/fairlead-safety; build it with: "
         "scripts/build-gate"
     )
+
+
+def test_of_the_user_s_folders_a_relative_one_is_none_as_xdg_has_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for variable in ("FAIRLEAD_STATE", "FAIRLEAD_ROBOTS"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("XDG_STATE_HOME", "state")
+    monkeypatch.setenv("XDG_DATA_HOME", "data")
+    assert paths.user_state_dir() == tmp_path / ".local" / "state" / "fairlead"
+    assert paths.user_robots_dir() == tmp_path / ".local" / "share" / "fairlead" / "robots"
+
+
+def test_a_user_without_a_home_is_told_what_to_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_home() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    for variable in ("FAIRLEAD_STATE", "XDG_STATE_HOME"):
+        monkeypatch.delenv(variable, raising=False)
+    monkeypatch.setattr(Path, "home", no_home)
+    said = "fairlead: expected XDG_STATE_HOME or HOME as an absolute path: uid [0-9]+ has no home, "
+    with pytest.raises(ConfigError, match=said + "got neither"):
+        paths.user_state_dir()
+
+
+def test_what_has_a_name_is_found_from_a_folder_that_may_not_be_entered(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As after ``sudo -u fairlead`` in one's own home."""
+    real = Path.stat
+
+    def stat(path: Path, **options: bool) -> os.stat_result:
+        if not path.is_absolute():
+            raise PermissionError(13, "Permission denied", str(path))
+        return real(path, **options)
+
+    monkeypatch.setattr(Path, "stat", stat)
+    assert deployment_path("panda_mujoco") == repo_root() / "compose" / "panda_mujoco.yaml"
+    assert find_skill("panda-joint-reach") == rskill_dir("panda-joint-reach")
+    assert digests(["gate", "--listen", "unixsock-stream//folder/safety.sock"]) == {}
+    with pytest.raises(PermissionError):
+        deployment_path("mine.yaml")

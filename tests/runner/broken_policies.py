@@ -146,6 +146,31 @@ class Recurses(Misbehaving):
         return self.infer(observation)
 
 
+class UnspeakableError(Exception):
+    def __str__(self) -> str:
+        raise RuntimeError
+
+
+class RaisesUnspeakably(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        raise UnspeakableError
+
+
+class Forgets(Misbehaving):
+    def infer(self, observation: Observation) -> None:  # type: ignore[override]
+        """Without ``return``."""
+
+
+class Wraps(Misbehaving):
+    def infer(self, observation: Observation) -> dict[str, np.ndarray]:  # type: ignore[override]
+        return {"actions": self.rows}
+
+
+class MasksRows(Misbehaving):
+    def infer(self, observation: Observation) -> list[np.ndarray]:  # type: ignore[override]
+        return [np.ma.masked_array(row, mask=True) for row in self.rows]
+
+
 class Spells(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
         raise ValueError("no \udc80")

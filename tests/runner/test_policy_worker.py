@@ -91,6 +91,18 @@ async def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]
         ("Flat", ROWS + "got float32 [12]"),
         ("WholeNumbers", ROWS + "got int64 [8, 12]"),
         ("Objects", ROWS + "got object [8, 12]"),
+        ("Forgets", ROWS + "got NoneType"),
+        ("Wraps", ROWS + "got dict"),
+        (
+            "MasksRows",
+            "policy worker: inference failed: policy: expected actions without masked numbers, "
+            "got a masked array",
+        ),
+        (
+            "RaisesUnspeakably",
+            "policy worker: inference failed: UnspeakableError: its text cannot be had: "
+            "RuntimeError",
+        ),
         ("Nested", "policy worker: inference failed: ValueError: setting an array element"),
         ("Huge", ROWS + "got float32 [50000000, 12]"),
         ("Recurses", "policy worker: inference failed: RecursionError: maximum recursion depth"),

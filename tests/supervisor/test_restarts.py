@@ -42,6 +42,29 @@ async def test_a_full_disk_loses_lines_of_the_log_and_nothing_else(bench: Bench)
 
 
 @pytest.mark.processes
+async def test_what_a_full_disk_left_out_of_the_list_is_listed_once_there_is_room(
+    bench: Bench,
+) -> None:
+    await bench.start()
+    name = bench.supervisor.name
+    draft = bench.registry.folder / f"{name}.draft"
+    draft.mkdir()
+    bench.keep()
+    os.kill(bench.supervisor.pid("runner"), signal.SIGKILL)
+    assert (await bench.event("failed")).startswith(f"cannot say what runs here: {draft}: ")
+    assert await bench.event("ready") == "runner is ready again"
+    draft.rmdir()
+
+    def is_listed() -> bool:
+        entry = bench.registry.find(name)
+        runner = entry and entry.services["runner"].running
+        return bool(runner and runner.pid == bench.supervisor.pid("runner"))
+
+    await wait_until(is_listed, "the new runner is listed")
+    assert not any(bench.events.get_nowait().kind == "failed" for _ in range(bench.events.qsize()))
+
+
+@pytest.mark.processes
 async def test_a_service_that_cannot_be_started_again_is_tried_later_and_the_others_live(
     bench: Bench,
 ) -> None:

@@ -12,10 +12,13 @@ import pytest
 import yaml
 
 from bench.equipment.rendering import CAN_RENDER
+from fairlead.errors import ServiceError
+from fairlead.operate.goal_run import GoalOptions
 from fairlead.paths import deployment_path, rskill_dir
-from fairlead_tools.parity import plain_episodes
+from fairlead_tools.parity import deployed_episode, plain_episodes
 from fairlead_tools.parity.episode_trace import EpisodeTrace, compare
-from tests.cli.command import fairlead
+from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions
+from tests.cli.command import fairlead, fairlead_here
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 
@@ -127,6 +130,45 @@ def test_the_plain_loop_knows_nothing_of_the_hal_but_the_scene() -> None:
         "fairlead_hal_sim.graphics_choice",
         "fairlead_hal_sim.quiet_robosuite",
     ]
+
+
+def test_rows_of_several_control_periods_are_refused_before_anything_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    manifest = yaml.safe_load((rskill_dir("oracle-counter-to-cabinet") / "rskill.yaml").read_text())
+    (tmp_path / "slow").mkdir()
+    (tmp_path / "slow" / "rskill.yaml").write_text(
+        yaml.safe_dump(manifest | {"id": "slow", "rate_hz": 10})
+    )
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    out = tmp_path / "out"
+    done = fairlead_here("parity", "--skill", "slow", "--out", str(out), state=tmp_path)
+    said = "ERROR parity: skill slow: expected a row for each control period, got 10 rows/s\n"
+    assert (done.returncode, done.stderr) == (1, said)
+    assert not out.exists()
+
+
+def test_hal_and_runner_are_traced_whatever_the_deployment_calls_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[ScratchOptions] = []
+
+    def stop_here(source: Path, folder: Path, options: ScratchOptions) -> Scratch:
+        asked.append(options)
+        raise ServiceError("stop here")
+
+    monkeypatch.setattr(deployed_episode, "make_scratch", stop_here)
+    content = yaml.safe_load(deployment_path("panda_mobile_sim").read_text())
+    services = content["services"]
+    services["simulator"], services["brain"] = services.pop("hal"), services.pop("runner")
+    (tmp_path / "renamed.yaml").write_text(yaml.safe_dump(content))
+    wish = GoalOptions("oracle-counter-to-cabinet")
+    with pytest.raises(ServiceError, match="stop here"):
+        deployed_episode.deployed_episodes(
+            tmp_path / "renamed.yaml", wish, [3], tmp_path / "state", lambda now: None
+        )
+    traced = {"simulator": {"trace": True, "cameras": []}, "brain": {"trace": True}}
+    assert asked[0].options == traced
 
 
 def trace(packed: bytes = b"\0\0\x80\x3f" * 12) -> EpisodeTrace:

@@ -16,7 +16,10 @@ def policy_rows(actions: object, width: int, horizon: int) -> Actions:
         ValueError: rows of unequal length.
     """
     array = actions if isinstance(actions, np.ndarray) else np.asarray(actions)
-    return float_rows("policy", "actions", array, width, horizon)
+    if isinstance(actions, list | tuple):
+        array = next((row for row in actions if isinstance(row, np.ma.MaskedArray)), array)
+    is_no_array = array.ndim == 0 and array.dtype == object  # None, a map
+    return float_rows("policy", "actions", actions if is_no_array else array, width, horizon)
 
 
 def float_rows(who: str, name: str, value: object, width: int, horizon: int) -> Actions:

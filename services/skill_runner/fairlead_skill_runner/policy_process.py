@@ -55,13 +55,10 @@ def main() -> int:
                 message = encode(Answer())
             else:
                 message = encode(_answer(loaded, request))
-        except FairleadError as error:
-            if error.__cause__ is not None:  # the policy's own file raised it
-                traceback.print_exc()
-            message = encode(Raised.of(str(error)))
         except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
-            traceback.print_exc()
-            message = encode(Raised.of(f"{type(error).__name__}: {error}"))
+            if not isinstance(error, FairleadError) or error.__cause__ is not None:  # its own file
+                traceback.print_exc()
+            message = encode(Raised.of(error))
         pipe.write(HEADER.pack(len(message)) + message)
         pipe.flush()
     return 0

@@ -24,6 +24,7 @@ from fairlead.policy import (
     Observation,
     PastAnswer,
 )
+from fairlead.reason_text import reason_of, short_text
 from fairlead_skill_runner.action_rows import float_rows, policy_rows
 
 HEADER = struct.Struct("!I")
@@ -38,11 +39,6 @@ _TEXT_MAX = 100_000
 def reply_max_bytes(dim: int, horizon: int) -> int:
     """No reply is longer: rows of float32, or a text."""
     return 4 * dim * horizon + 10 * _TEXT_MAX
-
-
-def _text(text: str) -> str:
-    """What fits a reply of what a policy said; halves of characters are spelled out."""
-    return text[:_TEXT_MAX].encode(errors="backslashreplace").decode()
 
 
 class Load(msgspec.Struct, frozen=True, tag=True):
@@ -181,7 +177,8 @@ class Ended(msgspec.Struct, frozen=True, tag=True):
     @classmethod
     def of(cls, end: Done | Failed) -> Ended:
         """Pack an end for the pipe."""
-        return cls(end.kind if isinstance(end, Failed) else "", _text(str(end.reason)))
+        reason = short_text(str(end.reason), _TEXT_MAX)
+        return cls(end.kind if isinstance(end, Failed) else "", reason)
 
     def end(self) -> Done | Failed:
         """What the policy returned.
@@ -201,9 +198,9 @@ class Raised(msgspec.Struct, frozen=True, tag=True):
     text: str
 
     @classmethod
-    def of(cls, text: str) -> Raised:
+    def of(cls, error: Exception) -> Raised:
         """Pack what it said for the pipe."""
-        return cls(_text(text))
+        return cls(reason_of(error, _TEXT_MAX))
 
 
 Request = Load | Reset | Infer

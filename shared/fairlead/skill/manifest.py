@@ -168,11 +168,10 @@ def find_skill(wanted: str) -> Path:
     Raises:
         ConfigError: there is neither, naming the skills there are.
     """
-    here = (Path(wanted) / "rskill.yaml").is_file()
-    if here and (wanted not in skill_ids() or "/" in wanted):
-        return Path(wanted)
     if wanted in skill_ids():
         return rskill_dir(wanted)
+    if (Path(wanted) / "rskill.yaml").is_file():
+        return Path(wanted)
     link = user_skills_dir() / wanted
     if "/" not in wanted and link.is_symlink():
         what = f"a folder with rskill.yaml behind {link}, got {link.readlink()}"

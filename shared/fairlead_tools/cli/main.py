@@ -100,7 +100,11 @@ def _leave_quietly() -> None:
 
 
 def _end_json(kind: str, message: str, fix: str, code: int) -> None:
-    print_json({"error": {"kind": kind, "message": message, "fix": fix}})
+    try:
+        print_json({"error": {"kind": kind, "message": message, "fix": fix}})
+    except OSError:  # a full disk, or nobody reads
+        forget_output()
+        _end(f"ERROR {message}", code)
     sys.exit(code)
 
 

@@ -27,6 +27,7 @@ import numpy.typing as npt
 
 from fairlead.errors import ConfigError, expected
 from fairlead.messages import FloatArray
+from fairlead.paths import written
 from fairlead.regular_file import regular
 from fairlead.skill.manifest import SkillManifest
 from fairlead_tools.learn.episode_arrays import PICTURE, TICKS, check_array, sizes_of
@@ -126,7 +127,9 @@ def add(folder: Path, header: Header, episode: Episode) -> Header:
     arrays = {name: getattr(episode, name) for name in _names(header)}
     arrays |= {PICTURE + name: frames for name, frames in episode.pictures.items()}
     save = np.savez_compressed if episode.pictures else np.savez
-    save(_path(folder, episode.seed), **arrays)
+    path = _path(folder, episode.seed)
+    with written(path, path):
+        save(path, **arrays)
     released = int(episode.released.sum()) if header.deployed else None
     told = Told(episode.seed, len(episode.states), episode.succeeded, released)
     header = msgspec.structs.replace(header, episodes=(*header.episodes, told))
@@ -240,8 +243,9 @@ def _path(folder: Path, seed: int) -> Path:
 def _write(folder: Path, header: Header) -> None:
     text = json.dumps(msgspec.to_builtins(header), indent=1) + "\n"
     unfinished = folder / f"{FILE}.new"
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(folder / FILE)
+    with written(folder / FILE, unfinished):
+        unfinished.write_text(text, encoding="utf-8")
+        unfinished.replace(folder / FILE)
 
 
 _OF_A_NETWORK = {"clip", "threshold"}  # a clone has others than its expert

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
-from traceback import print_exc
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,19 +16,27 @@ import numpy.typing as npt
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
-from fairlead.errors import ConfigError, FairleadError, PolicyError, expected
-from fairlead.policy import Actions, Done, Failed, Observation, Policy
+from fairlead.errors import ConfigError, PolicyError, expected
+from fairlead.policy import Actions, Done, Failed, Observation
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
 from fairlead_tools.learn.dataset import NO_LABELS, Episode
-from fairlead_tools.parity.local_episode import commands_of, make_policy, observe
+from fairlead_tools.parity.local_episode import (
+    asked,
+    commands_of,
+    make_policy,
+    observe,
+    raising,
+    require_each_period,
+)
 from fairlead_tools.parity.local_eyes import LocalEyes
 
 if TYPE_CHECKING:
     from fairlead_hal_sim import RobosuiteBackend
 
+WHO = "dataset record"
 SWITCHES = ("gripper_position", "gripper_binary", "composite_mode")
 """What noise leaves alone."""
 
@@ -75,11 +82,7 @@ def record(
     from fairlead_hal_sim import HalSimOptions, RobosuiteBackend
 
     robot = load_robot(deployment.robot)
-    if skill.control_periods(robot.tick_period_ns) != 1:
-        raise ConfigError(
-            expected(f"dataset record: skill {skill.id}", "a row for each control period",
-                     f"{skill.rate_hz:g} rows/s")
-        )  # fmt: skip
+    require_each_period(WHO, skill, robot)
     if teacher is not None and not _same_rows(teacher.skill, skill):
         raise ConfigError(
             expected(f"dataset record: expert {teacher.skill.id}", "rate, horizon and "
@@ -183,7 +186,8 @@ class _Runs:
         """Reset all; a host holds one tick then."""
         for policy in (self._policy, self._expert):
             if policy is not None:
-                policy.reset()
+                with raising(f"{WHO}: seed {seed}: reset failed"):
+                    policy.reset()
         self._eyes.begin(1)  # the held tick is none of the episode, as in a host
         self._backend.reset(seed)
         self._backend.apply({})
@@ -232,7 +236,7 @@ class _Runs:
             return observation, None
         contract = self._teacher.skill.state_contract
         known = Observation(tick, self._assembler.assemble(contract), self._skill.prompt)
-        rows = asked(self._expert, self._teacher.skill, known)
+        rows = asked(WHO, self._expert, self._teacher.skill, known)
         if isinstance(rows, Done | Failed) or len(rows) != self._skill.horizon:
             got = type(rows).__name__ if isinstance(rows, Done | Failed) else f"{len(rows)} rows"
             who, wanted = f"expert {self._teacher.skill.id}", f"{self._skill.horizon} rows"
@@ -245,31 +249,7 @@ class _Runs:
         if self._teacher is not None and label is not None and rng.uniform() < self._teacher.beta:
             return label
         assert self._policy is not None, "made unless the expert always acts"
-        return asked(self._policy, self._skill, observation)
-
-
-def asked(
-    policy: Policy, skill: SkillManifest, observation: Observation
-) -> Actions | Done | Failed:
-    """What a policy says, checked as a deployment does, in an array of our own.
-
-    Raises:
-        PolicyError: it fails, or says anything but rows of finite numbers.
-    """
-    from fairlead_skill_runner import policy_rows
-
-    try:
-        said = policy.infer(observation)
-        if isinstance(said, Done | Failed):
-            return said
-        return policy_rows(said, skill.action_contract.dim, skill.horizon).copy()
-    except FairleadError:
-        raise
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a policy raises
-        print_exc()
-        what = f"{type(error).__name__}: {error}"
-        where = f"skill {skill.id}: infer failed in tick {observation.tick}"
-        raise PolicyError(f"dataset record: {where}: {what}") from None
+        return asked(WHO, self._policy, self._skill, observation)
 
 
 def _noisy(contract: ActionContract) -> npt.NDArray[np.float64]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.service_options import check_options
-from fairlead.errors import ConfigError, ServiceError, expected
+from fairlead.errors import ConfigError, ServiceError
 from fairlead.messages import Image, LayoutState, decode
 from fairlead.operate.client import RobotClient
 from fairlead.operate.goal_hearing import Progress
@@ -28,8 +28,10 @@ from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import resolve_routes
 from fairlead.wire.bus import Sample
 from fairlead_tools.learn.dataset import Episode
-from fairlead_tools.parity.deployed_episode import by_tick, written_calls
+from fairlead_tools.parity.deployed_episode import by_tick, calls_with_rows, written_calls
+from fairlead_tools.parity.local_episode import require_each_period
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.writable import room
 
 if TYPE_CHECKING:
     from fairlead_skill_runner import TraceRecord
@@ -57,11 +59,7 @@ def record_deployed(
         ServiceError: a service failed, or the policy was never asked.
     """
     deployment = load_deployment(source)
-    if skill.control_periods(load_robot(deployment.robot).tick_period_ns) != 1:
-        raise ConfigError(
-            expected(f"dataset record: skill {skill.id}", "a row for each control period",
-                     f"{skill.rate_hz:g} rows/s")
-        )  # fmt: skip
+    require_each_period("dataset record", skill, load_robot(deployment.robot))
     hal, runner = deployment.only("hal_sim"), deployment.only("skill_runner")
     options: dict[str, dict[str, Any]] = {hal: {"trace": True}, runner: {"trace": True}}
     if not skill.images:
@@ -82,16 +80,19 @@ def record_deployed(
             result = progress.result
             assert result is not None
             ticks = range(result.first_tick, result.last_tick)
-            if result.outcome == "cancelled" or not (progress.inferences and ticks):
+            has_rows = calls_with_rows(progress) and ticks
+            if result.outcome == "cancelled" or result.kind == "policy_error" or not has_rows:
+                when = "" if has_rows else " before any row acted"
                 raise ServiceError(
-                    f"dataset record: seed {seed}: {result.outcome} before any row acted: "
-                    f"{result.kind}: {result.detail}; logs: {folder / 'logs'}"
+                    f"dataset record: seed {seed}: {result.outcome}{when}: {result.kind}: "
+                    f"{result.detail}; logs: {folder / 'logs'}"
                 )
-            calls = written_calls(folder / runner, progress.inferences)
+            calls = written_calls(folder / runner, calls_with_rows(progress))
             episode = _Rows(skill, scratch.deployment.robot, calls, folder / hal).episode(
                 seed, ear.observations(ticks), ticks
             )
-            yield replace(episode, succeeded=result.outcome == "succeeded")
+            is_known = result.decided_by == "task" or skill.decided_by == "policy"
+            yield replace(episode, succeeded=result.outcome == "succeeded" and is_known)
 
 
 def _tell(on_tick: Callable[[int, int], None], seed: int, now: Progress) -> None:
@@ -231,5 +232,5 @@ class _Rows:
             file = self._hal / name
             missing = set(ticks) - set(by_tick(file) if file.exists() else ())
             if missing:
-                return f"the HAL's line of tick {min(missing)} in {file}"
+                return f"the HAL's line of tick {min(missing)} in {file} ({room(file)})"
         return ""

@@ -11,13 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fairlead.errors import ServiceError
+from fairlead.deploy.deployment import load_deployment
+from fairlead.errors import ServiceError, expected
 from fairlead.messages import ResetEpisodeReply
 from fairlead.operate.goal_hearing import Progress
 from fairlead.operate.goal_run import GoalOptions, run_goal
+from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import load_skill
 from fairlead_tools.parity.episode_trace import EpisodeTrace
+from fairlead_tools.parity.local_episode import require_each_period
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.writable import room
 
 if TYPE_CHECKING:
     from fairlead.policy import Actions
@@ -59,11 +63,15 @@ def deployed_episodes(
         folder: emptied, then holds the services' state and traces.
 
     Raises:
+        ConfigError: a row of the skill is for more than a step of the simulator.
         ServiceError: a service failed, or the goal did for another reason than the task.
     """
+    deployment, skill = load_deployment(source), load_skill(wish.skill)
+    require_each_period("parity", skill, load_robot(deployment.robot))
+    hal, runner = deployment.only("hal_sim"), deployment.only("skill_runner")
     options: dict[str, dict[str, Any]] = {
-        "hal": {"trace": True, **({} if load_skill(wish.skill).images else {"cameras": []})},
-        "runner": {"trace": True},
+        hal: {"trace": True, **({} if skill.images else {"cameras": []})},
+        runner: {"trace": True},
     }
     scratch = make_scratch(source, folder, ScratchOptions(pacing="lockstep", options=options))
     ended = []
@@ -81,15 +89,22 @@ def deployed_episodes(
                     f"logs: {folder / 'logs'}"
                 )
             # The next goal's calls take the place of this one's.
-            calls = written_calls(folder / "runner", progress.inferences)
+            calls = written_calls(folder / runner, calls_with_rows(progress))
             ended.append((seed, reset, result, calls))
     found = []
     for seed, reset, result, calls in ended:
         # The goal ends on what it sees in its last tick, before a row acts in it.
         ticks = range(reset.tick - reset.held_ticks, result.last_tick)
-        trace = read_episode(folder / "hal", calls, ticks, result.outcome == "succeeded")
+        trace = read_episode(folder / hal, calls, ticks, result.outcome == "succeeded")
         found.append(DeployedEpisode(seed, trace, reset, calls))
     return found
+
+
+def calls_with_rows(progress: Progress) -> int:
+    """Calls of the policy that are in the trace: the last one may have ended the goal instead."""
+    result = progress.result
+    ended = result is not None and (result.decided_by == "policy" or result.kind == "policy_error")
+    return progress.inferences - ended
 
 
 def written_calls(runner: Path, count: int) -> list[TraceRecord]:
@@ -98,10 +113,11 @@ def written_calls(runner: Path, count: int) -> list[TraceRecord]:
     Raises:
         ServiceError: it did not.
     """
-    until = time.monotonic() + _WRITTEN_TIMEOUT_S
-    while (found := (runner / "trace.jsonl").read_bytes().count(b"\n")) < count:
+    until, trace = time.monotonic() + _WRITTEN_TIMEOUT_S, runner / "trace.jsonl"
+    while (found := trace.read_bytes().count(b"\n")) < count:
         if time.monotonic() > until:
-            raise ServiceError(f"parity: expected {count} calls in {runner}, got {found}")
+            got = f"{found} ({room(trace)})"
+            raise ServiceError(expected(str(trace), f"{count} policy calls", got))
         time.sleep(_POLL_S)
     return _calls(runner)
 
@@ -139,6 +155,6 @@ def _calls(runner: Path) -> list[TraceRecord]:
 
 
 def by_tick(file: Path) -> dict[int, dict[str, Any]]:
-    """A HAL's ``trace.jsonl`` or ``motion.jsonl``, the last line of each tick."""
-    lines = file.read_text(encoding="ascii").splitlines()
+    """A HAL's ``trace.jsonl`` or ``motion.jsonl``, the last whole line of each tick."""
+    *lines, _ = file.read_text(encoding="ascii").split("\n")
     return {line["tick"]: line for line in map(json.loads, lines)}

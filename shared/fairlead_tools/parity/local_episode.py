@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from contextlib import closing
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from traceback import print_exc
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.service_options import check_options
-from fairlead.errors import ConfigError
+from fairlead.errors import ConfigError, FairleadError, PolicyError, expected
 from fairlead.hal.backend import Backend, PartCommand
 from fairlead.messages import ActionPart, ResetEpisodeReply, floats
-from fairlead.policy import Done, Failed
-from fairlead.robot.manifest import load_robot
+from fairlead.policy import Actions, Done, Failed, Observation
+from fairlead.reason_text import reason_of
+from fairlead.robot.manifest import RobotManifest, load_robot
 from fairlead.skill.deltas import NOW
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.routes import Route, resolve_routes
@@ -48,10 +50,6 @@ class LocalEpisode:
         from fairlead_state_assembler import LocalAssembler
 
         robot = load_robot(deployment.robot)
-        if skill.control_periods(robot.tick_period_ns) != 1:
-            raise ConfigError(
-                f"parity: skill {skill.id}: its rows have to be the simulator's steps"
-            )
         hal = deployment.only("hal_sim")
         options = check_options(deployment, hal, HalSimOptions)
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
@@ -88,10 +86,10 @@ class LocalEpisode:
         state = observe(self._assembler, self._backend, self._skill)
         self._eyes.look(self._tick, self._backend)
         seen = self._eyes.observation(self._tick, state)
-        actions = self._policy.infer(seen)
+        actions = asked("parity", self._policy, self._skill, seen)
         if isinstance(actions, Done | Failed):
             return False
-        sent = fitted(self._routes, np.asarray(actions, dtype="<f4"))
+        sent = fitted(self._routes, actions)
         self.trace.observations.append(state.astype("<f8").tobytes())
         self.trace.pictures.append(json.dumps(picture_hashes(seen), sort_keys=True).encode())
         self.trace.actions.append(sent.tobytes())
@@ -145,13 +143,50 @@ def local_episode(
         return episode.trace
 
 
+def require_each_period(who: str, skill: SkillManifest, robot: RobotManifest) -> None:
+    """Raises `ConfigError` where a row is not for one control period, a step of the simulator."""
+    if skill.control_periods(robot.tick_period_ns) != 1:
+        wanted, got = "a row for each control period", f"{skill.rate_hz:g} rows/s"
+        raise ConfigError(expected(f"{who}: skill {skill.id}", wanted, got))
+
+
 def make_policy(skill: SkillManifest) -> Policy:
     """The skill's policy in this process, reset."""
     from fairlead_skill_runner import served_policy
 
     policy = served_policy(skill)
-    policy.reset()
+    with raising(f"skill {skill.id}: reset failed"):
+        policy.reset()
     return policy
+
+
+def asked(
+    who: str, policy: Policy, skill: SkillManifest, observation: Observation
+) -> Actions | Done | Failed:
+    """What a policy says, checked as a deployment does, in an array of our own.
+
+    Raises:
+        PolicyError: it fails, or says anything but rows of finite numbers.
+    """
+    from fairlead_skill_runner import policy_rows
+
+    with raising(f"{who}: skill {skill.id}: infer failed in tick {observation.tick}"):
+        said = policy.infer(observation)
+        if isinstance(said, Done | Failed):
+            return said
+        return policy_rows(said, skill.action_contract.dim, skill.horizon).copy()
+
+
+@contextmanager
+def raising(who: str) -> Iterator[None]:
+    """Whatever a policy raises is a `PolicyError`, with its traceback printed."""
+    try:
+        yield
+    except FairleadError:
+        raise
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a policy raises
+        print_exc()
+        raise PolicyError(f"{who}: {reason_of(error)}") from None
 
 
 def observe(

@@ -68,5 +68,5 @@ class Slot:
 
 def digests(command: list[str]) -> dict[str, str]:
     """SHA-256 of each file that is an argument of a command."""
-    files = [word for word in command[1:] if "/" in word and Path(word).is_file()]
+    files = [word for word in command[1:] if word.startswith("/") and Path(word).is_file()]
     return {file: hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files}

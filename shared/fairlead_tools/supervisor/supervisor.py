@@ -29,6 +29,7 @@ from fairlead_tools.supervisor.this_host import check_places_free
 
 STOP_GRACE_S = 5.0  # from SIGTERM to SIGKILL
 ROUTER_READY_S = 30.0
+LIST_AGAIN_S = 1.0
 
 
 Kind = Literal["died", "restarted", "ready", "failed"]
@@ -81,6 +82,7 @@ class Supervisor:
         self._listing = Listing(registry, self.name, self._file, self.state_dir)
         self._slots: dict[str, Slot] = {}
         self._changes = Changes()
+        self._is_listed = True
 
     async def start(
         self, order: Sequence[str] | None = None, one_by_one_s: float | None = None
@@ -134,6 +136,7 @@ class Supervisor:
     async def keep(self, on_event: EventHandler) -> None:
         """Start again whatever dies, and say so, until cancelled."""
         async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(self._list_again(on_event), name="list")
             for name, slot in self._slots.items():
                 tasks.create_task(self._keep(name, slot, on_event), name=f"keep {name}")
 
@@ -260,11 +263,22 @@ class Supervisor:
         return f"{text}, CHANGED since its last start: {', '.join(changed)}" if changed else text
 
     def _list(self, on_event: EventHandler) -> None:
+        was_listed = self._is_listed
         try:
             self._write_entry()
+            self._is_listed = True
         except OSError as error:  # `ps` shows what was true before; the services go on
-            text = f"cannot say what runs here: {error.filename}: {error.strerror}"
-            on_event(ServiceEvent("up", "failed", text))
+            self._is_listed = False
+            if was_listed:
+                text = f"cannot say what runs here: {error.filename}: {error.strerror}"
+                on_event(ServiceEvent("up", "failed", text))
+
+    async def _list_again(self, on_event: EventHandler) -> None:
+        """What a full disk left out, once there is room."""
+        while True:
+            await asyncio.sleep(LIST_AGAIN_S)
+            if not self._is_listed:
+                self._list(on_event)
 
     def _story(self, name: str, what: str) -> str:
         lines = "".join(f"\n  [{name}] {line}" for line in self.last_lines(name))
