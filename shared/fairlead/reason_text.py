@@ -14,14 +14,17 @@ def short_text(text: str, most_letters: int = MOST_LETTERS) -> str:
 
 
 def reason_of(error: Exception) -> str:
-    """What an error says, as `short_text`, with its type unless it is one of fairlead's own.
+    """`words_of` an error, as `short_text`."""
+    return short_text(words_of(error))
 
-    A driver may raise anything, also what cannot say what it is.
+
+def words_of(error: BaseException) -> str:
+    """What an error says, with its type unless it is one of fairlead's own.
+
+    A driver or a policy may raise anything, also what cannot say what it is.
     """
     try:
         said = str(error)
     except Exception as second:  # noqa: BLE001 - see above
         said = f"its text cannot be had: {type(second).__name__}"
-    return short_text(
-        said if isinstance(error, FairleadError) else f"{type(error).__name__}: {said}"
-    )
+    return said if isinstance(error, FairleadError) else f"{type(error).__name__}: {said}"

@@ -19,6 +19,7 @@ from fairlead.checked_model import MisfitError
 from fairlead.deploy.scheduling import run_as_ordinary_process
 from fairlead.errors import FairleadError, PolicyError
 from fairlead.policy import Done, Failed, Policy
+from fairlead.reason_text import words_of
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest, locate_in_skill, of_options
 from fairlead_skill_runner.policies.backends import make_policy
@@ -55,13 +56,10 @@ def main() -> int:
                 message = encode(Answer())
             else:
                 message = encode(_answer(loaded, request))
-        except FairleadError as error:
-            if error.__cause__ is not None:  # the policy's own file raised it
-                traceback.print_exc()
-            message = encode(Raised.of(str(error)))
         except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
-            traceback.print_exc()
-            message = encode(Raised.of(f"{type(error).__name__}: {error}"))
+            if not isinstance(error, FairleadError) or error.__cause__ is not None:
+                traceback.print_exc()  # the policy's own file raised it
+            message = encode(Raised.of(words_of(error)))
         pipe.write(HEADER.pack(len(message)) + message)
         pipe.flush()
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fairlead.errors import PolicyError
 from fairlead.policy import Done, Failed, Policy
+from fairlead.reason_text import words_of
 from fairlead.skill.manifest import SkillManifest
 from fairlead_skill_runner.action_rows import policy_rows
 from fairlead_skill_runner.policies.remote.served_policy import warm_up_observation
@@ -25,8 +26,7 @@ def ask_once(who: str, policy: Policy, skill: SkillManifest, way_out: str) -> No
             policy_rows(answer, skill.action_contract.dim, skill.horizon)
         policy.reset()
     except (Exception, SystemExit) as error:
-        said = str(error) if isinstance(error, PolicyError) else f"{type(error).__name__}: {error}"
         raise PolicyError(
-            f"{who}: asked with a probe observation: {said}\n"
+            f"{who}: asked with a probe observation: {words_of(error)}\n"
             f"  for a policy that cannot be asked before its goal: {way_out}"
         ) from error

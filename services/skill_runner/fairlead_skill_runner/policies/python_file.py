@@ -13,6 +13,7 @@ from pydantic import JsonValue
 from fairlead.errors import ConfigError, expected
 from fairlead.paths import rskill_dir
 from fairlead.policy import Policy
+from fairlead.reason_text import words_of
 from fairlead.skill.manifest import SkillManifest
 from fairlead.skill.python_policy import python_policy_options
 from fairlead_skill_runner.policies.probe import ask_once
@@ -57,5 +58,5 @@ def _run_file(path: Path) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise ConfigError(f"python policy: {path}: {type(error).__name__}: {error}") from error
+        raise ConfigError(f"python policy: {path}: {words_of(error)}") from error
     return module
