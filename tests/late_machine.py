@@ -17,7 +17,7 @@ LOAD_PER_CORE = 1.0
 """Above it a machine is busy: more processes want to run than it has cores."""
 BUG = "internal error"
 """What a service says of an exception that nobody expected: no machine is late enough for one."""
-SAYS = re.compile("state_timeout_ms|observation too new|claim of (measure|teleop) lost")
+SAYS = re.compile("state_timeout_ms|observation too new|claim of (measure|teleop|jog|home) lost")
 
 
 BUSY_TRIES = 3

@@ -1,7 +1,11 @@
-"""``fairlead down`` ends what runs when its supervisor has ended, whatever the list said before."""
+"""``fairlead down`` ends what runs when its supervisor has ended, whatever the list said before.
+
+``fairlead restart`` ends nothing that nobody would start again.
+"""
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -113,3 +117,31 @@ def test_what_somebody_has_started_anew_meanwhile_is_left_alone(
     last = Running("r", "r.yaml", str(tmp_path), other, service(other))
     assert down(tmp_path, service(other), last) == "stopped r\n"
     assert bystander.poll() is None
+
+
+def test_a_service_whose_supervisor_is_paused_is_not_restarted(
+    tmp_path: Path, bystander: subprocess.Popen[bytes]
+) -> None:
+    with running("-c", SUPERVISOR) as supervisor:
+        listed = service(started(bystander))
+        entry = Running("r", str(FILE), str(tmp_path), started(supervisor), listed)
+        Registry(tmp_path / "state").write(entry)
+        supervisor.send_signal(signal.SIGSTOP)
+        done = fairlead("restart", "hal", state=tmp_path / "state")
+        assert done.stderr == (
+            f"ERROR hal: `fairlead up` (pid {supervisor.pid}) is paused, so it would not start it "
+            f"again; let it go on: kill -CONT {supervisor.pid}\n"
+        )
+    assert bystander.poll() is None
+
+
+def test_what_an_earlier_gate_left_is_told_as_its(
+    tmp_path: Path, bystander: subprocess.Popen[bytes]
+) -> None:
+    (tmp_path / "safety").mkdir()
+    (tmp_path / "safety" / "gate.lock").touch()
+    last = Running("r", "r.yaml", str(tmp_path), ENDED, service(ENDED))
+    assert down(tmp_path, service(started(bystander)), last) == (
+        "stopped r\nits last gate (safety) did not end disarmed: it will start latched, "
+        "until fairlead reset\n"
+    )

@@ -168,7 +168,7 @@ def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path
         ended = fairlead("down", state=state)
     assert ended.stdout == (
         f"stopped {name}\n"
-        "its gate (safety) did not end disarmed: it will start latched, until fairlead reset\n"
+        "its last gate (safety) did not end disarmed: it will start latched, until fairlead reset\n"
     ), ended.stderr
 
 

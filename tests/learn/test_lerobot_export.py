@@ -12,6 +12,7 @@ from PIL import Image
 from pyarrow import parquet
 
 from fairlead.errors import ConfigError
+from fairlead_tools.learn.dataset import FILE
 from fairlead_tools.learn.lerobot_export import export_lerobot
 from tests.learn.drawn import (
     CLONE,
@@ -54,6 +55,21 @@ def test_another_manifest_than_the_recorded_one_names_nothing(tmp_path: Path) ->
     changed = EXPERT.model_copy(update={"horizon": EXPERT.horizon + 1})
     with pytest.raises(ConfigError, match="expected the manifest that was recorded, SHA-256 "):
         export_lerobot(data, tmp_path / "l", changed, failed=False)
+    assert not (tmp_path / "l").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "edited"), [("prompt", "sing"), ("rate_hz", 21.0), ("pictures", ["eye"])]
+)
+def test_a_description_that_was_edited_is_refused(
+    name: str, edited: object, tmp_path: Path
+) -> None:
+    file = drawn_dataset(tmp_path / "d", *EPISODES) / FILE
+    told = json.loads(file.read_text())
+    assert told[name] != edited
+    file.write_text(json.dumps(told | {name: edited}))
+    with pytest.raises(ConfigError, match=f"{FILE}: {name}: expected .*, as in that manifest, got"):
+        export_lerobot(tmp_path / "d", tmp_path / "l", EXPERT, failed=False)
     assert not (tmp_path / "l").exists()
 
 

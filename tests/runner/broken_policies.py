@@ -176,6 +176,17 @@ class Spells(Misbehaving):
         raise ValueError("no \udc80")
 
 
+class Wordless(Misbehaving):
+    """What it raises cannot say what it is."""
+
+    class FaultError(Exception):
+        def __str__(self) -> str:
+            raise ValueError("no words")
+
+    def infer(self, observation: Observation) -> np.ndarray:
+        raise self.FaultError
+
+
 class Talks(Misbehaving):
     """Writes to the pipe itself, which any code in its process can."""
 

@@ -22,7 +22,7 @@ from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policy_server import PolicyServer, served_policy
-from tests.runner.broken_policies import Lists, Misbehaving
+from tests.runner.broken_policies import Lists, Misbehaving, Raises, Spells, Wordless
 from tests.runner.served_skill import served
 
 pytestmark = pytest.mark.processes
@@ -202,13 +202,6 @@ async def test_who_comes_after_one_that_hung_up_within_its_inference_waits_for_t
     assert policy.most_calls == 1
 
 
-class Breaks(Misbehaving):
-    """Raises what no policy is meant to."""
-
-    def infer(self, observation: Observation) -> np.ndarray:
-        raise ZeroDivisionError("half a row")
-
-
 @asynccontextmanager
 async def connected(policy: Policy, said: list[str]) -> AsyncIterator[ClientConnection]:
     """A client of a server in this process, greeted."""
@@ -232,10 +225,20 @@ async def test_rows_as_lists_are_served_as_the_runner_takes_them() -> None:
     np.testing.assert_array_equal(rows, np.full((2, 12), np.float32(0.1)))
 
 
+@pytest.mark.parametrize(
+    ("policy", "text"),
+    [
+        (Raises, "ValueError: no such token"),
+        (Spells, "ValueError: no \\udc80"),
+        (Wordless, "FaultError: its text cannot be had: ValueError"),
+    ],
+)
 @pytest.mark.asyncio
-async def test_a_policy_that_breaks_is_told_to_its_client_and_whole_in_the_log() -> None:
+async def test_a_policy_that_breaks_is_told_to_its_client_and_whole_in_the_log(
+    policy: type[Misbehaving], text: str
+) -> None:
     said: list[str] = []
-    async with connected(Breaks(SKILL), said) as link:
+    async with connected(policy(SKILL), said) as link:
         await link.send(encode({KEYS[0]: STATES[0]}))
-        assert await link.recv() == "ZeroDivisionError: half a row"
-    assert "Traceback" in said[-1] and said[-1].endswith("ZeroDivisionError: half a row")
+        assert await link.recv() == text
+    assert "Traceback" in said[-1]

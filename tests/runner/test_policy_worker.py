@@ -108,6 +108,10 @@ async def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]
         ("Recurses", "policy worker: inference failed: RecursionError: maximum recursion depth"),
         ("Spells", "policy worker: inference failed: ValueError: no \\udc80"),
         (
+            "Wordless",
+            "policy worker: inference failed: FaultError: its text cannot be had: ValueError",
+        ),
+        (
             "NotANumber",
             "policy worker: inference failed: policy: expected actions as finite "
             "float32 numbers, got nan in row 2 dimension 3",

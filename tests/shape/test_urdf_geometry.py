@@ -102,6 +102,7 @@ def test_a_capsule_of_it_holds_the_mesh_and_rests_at_zero(
         ('<sphere radius="nan"/>', "radius: expected 1 numbers, got 'nan'"),
         ('<mesh filename="lost.stl"/>', "no mesh file "),
         ('<mesh filename="solid.dae"/>', "expected a mesh (.obj, .stl), got "),
+        ('<mesh filename="solid.dae"/>', "solid.dae; convert it to one of these, and name that"),
     ],
 )
 def test_what_cannot_be_read_is_told_with_its_link(

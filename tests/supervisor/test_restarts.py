@@ -162,6 +162,18 @@ async def test_a_lock_is_one_lock_whoever_ends_in_between(bench: Bench) -> None:
         bench.another().reserve()
 
 
+async def test_what_runs_with_a_damaged_entry_is_ended_by_its_pid(bench: Bench) -> None:
+    bench.supervisor.reserve()
+    name = bench.supervisor.name
+    (bench.registry.folder / f"{name}.json").write_text("{", encoding="utf-8")
+    with pytest.raises(ServiceError) as caught:
+        bench.another().reserve()
+    pid = os.getpid()
+    said = f"deployment {name} is already running (pid {pid}); stop it first: kill {pid}"
+    assert str(caught.value) == said
+    await bench.supervisor.stop()
+
+
 @pytest.mark.processes
 async def test_a_process_group_that_ends_while_it_is_being_ended_is_no_error(
     bench: Bench, monkeypatch: pytest.MonkeyPatch

@@ -219,6 +219,18 @@ def test_a_skill_that_fails_ends_teleop_with_the_reason_and_exit_code_1(
     recover(running.client)
 
 
+def test_a_jog_that_is_stopped_says_that_its_claim_is_lost(
+    running: ScratchRobot, tmp_path: Path
+) -> None:
+    where = ("--deployment", str(running.scratch.file), "--speed", "0.02")
+    person = terminal(tmp_path, "jog", *where, "elbow_joint", "60deg")
+    wait_for(lambda: claims(running) == [("jog", ("arm",))], "it drives")
+    running.client.stop()
+    person.wait_for("ERROR claim of jog lost: the gate is stopped")
+    assert person.ended() == 1
+    recover(running.client)
+
+
 def test_a_joint_is_jogged_and_the_robot_goes_home(running: ScratchRobot, tmp_path: Path) -> None:
     def do(*words: str) -> tuple[int, str]:
         where = ("--deployment", str(running.scratch.file), "--speed", "1")

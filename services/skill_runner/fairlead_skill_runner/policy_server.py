@@ -27,6 +27,7 @@ from fairlead.errors import PolicyError, expected
 from fairlead.messages import FloatArray
 from fairlead.plugins import POLICIES
 from fairlead.policy import Done, Failed, Observation, Policy
+from fairlead.reason_text import reason_of
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.image_spec import ImageSpec
 from fairlead.skill.manifest import SkillManifest
@@ -108,10 +109,10 @@ class PolicyServer:
         except ConnectionClosed:
             pass
         except Exception as error:  # noqa: BLE001 - a policy may raise anything; client and log say so
-            known = isinstance(error, PolicyError)
-            self._say(f"{link.remote_address}: {error if known else format_exc().rstrip()}")
+            known, said = isinstance(error, PolicyError), reason_of(error)
+            self._say(f"{link.remote_address}: {said if known else format_exc().rstrip()}")
             with suppress(ConnectionClosed):
-                await link.send(f"{type(error).__name__}: {error}")  # openpi sends text, then ends
+                await link.send(f"PolicyError: {said}" if known else said)  # as openpi, then ends
                 await link.close(_FAILED)
 
     def _answer(self, message: str | bytes, tick: int) -> bytes:

@@ -39,6 +39,11 @@ class ProcessId:
         """Whether this very process, and no later one with its number, still runs."""
         return process_id(self.pid) == self
 
+    @property
+    def is_paused(self) -> bool:
+        """Whether somebody has paused it (SIGSTOP, Ctrl-Z), so that it does nothing."""
+        return (_stat(self.pid) or [""])[0] in ("T", "t")
+
     def send(self, number: signal.Signals) -> None:
         """Signal this very process, and none that gets its number meanwhile."""
         try:
@@ -56,12 +61,17 @@ class ProcessId:
 
 def process_id(pid: int) -> ProcessId | None:
     """The running process with this number; None if there is none, or only a zombie."""
+    stat = _stat(pid)
+    return None if stat is None or stat[0] in "ZX" else ProcessId(pid, int(stat[_STARTED_FIELD]))
+
+
+def _stat(pid: int) -> list[str] | None:
+    """What Linux says of a process after its command: first its state."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:
         return None
-    state, *fields = stat.rpartition(")")[2].split()
-    return None if state in "ZX" else ProcessId(pid, int(fields[_STARTED_FIELD - 1]))
+    return stat.rpartition(")")[2].split()
 
 
 def command_of(pid: int) -> str:

@@ -5,8 +5,8 @@ Everything lies under ``$FAIRLEAD_STATE`` (default ``$XDG_STATE_HOME/fairlead``,
 
     running/<name>.json             who supervises the deployment, and its processes
     running/<name>.yaml             its file as it was then, for a stop once that cannot be read
-    running/<name>.lock             held by the supervisor; the kernel frees it when it dies;
-                                    never deleted: two could then hold locks of one name
+    running/<name>.lock             held by the supervisor, with its pid; the kernel frees it when
+                                    it dies; never deleted: two could then hold one lock
     running/<name>+<service>.json   a service that ``fairlead service`` started
     <name>/                         the deployment's state folder, unless ``--state-dir`` says
                                     otherwise
@@ -18,6 +18,7 @@ import fcntl
 import logging
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
@@ -192,17 +193,22 @@ class Registry:
         """
         path = self._path(name, "lock")
         self._make_folder()
-        handle = path.open("w", encoding="utf-8")
+        handle = path.open("a+", encoding="utf-8")
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            handle.close()
-            entry = next((e for e in self._read_all() if e.name == name and e.supervisor), None)
-            holder = entry.supervisor.pid if entry is not None and entry.supervisor else None
+            with handle:
+                handle.seek(0)
+                holder = handle.read()
+            is_listed = not holder or self.find(name) is not None
+            end = f"fairlead down {name}" if is_listed else f"kill {holder}"
             raise ServiceError(
                 f"deployment {name} is already running (pid {holder or 'unknown'}); "
-                f"stop it first: fairlead down {name}"
+                f"stop it first: {end}"
             ) from None
+        with suppress(OSError):  # a full disk: its pid is not known then
+            handle.truncate(0)
+            os.write(handle.fileno(), str(os.getpid()).encode())
         return handle
 
     def _make_folder(self) -> None:

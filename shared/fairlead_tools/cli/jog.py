@@ -155,7 +155,7 @@ def jog_command(
         raise ConfigError(expected(f"jog {axis}", wanted, repr(amount)))
     if drive.tool and not drive.is_position and unit == "rad" and abs(step[index]) >= math.pi:
         raise ConfigError(expected(f"jog {axis}", "less than half a turn of a tool", repr(amount)))
-    with _hand(chosen, robot, drive, yes, "fairlead jog") as hand:
+    with _hand(chosen, robot, drive, yes, "jog") as hand:
         first, last = _go(hand, lambda at: at + step, speed, index)
     came = f"{axis} moved {(last - first)[index]:.4f} {unit}"
     if not drive.is_position:
@@ -206,7 +206,7 @@ def home_command(
         )
     for drive in drives:
         rests = [robot.home.positions.get(name, np.nan) for name in drive.names]
-        with _hand(chosen, robot, drive, yes, "fairlead home") as hand:
+        with _hand(chosen, robot, drive, yes, "home") as hand:
             _go(hand, partial(_or_there, np.array(rests)), speed)
         echo(_came_home(drive, rests))
 
@@ -226,12 +226,12 @@ def _or_there(rests: FloatArray, at: FloatArray) -> FloatArray:
 
 @contextmanager
 def _hand(
-    deployment: Deployment, robot: RobotManifest, drive: Drive, yes: bool, by: str
+    deployment: Deployment, robot: RobotManifest, drive: Drive, yes: bool, task: str
 ) -> Iterator[Hand]:
-    with ends_like_ctrl_c(), RobotClient(deployment, by=by) as client:
+    with ends_like_ctrl_c(), RobotClient(deployment, by=f"fairlead {task}") as client:
         require_offered(drive, client)
         with armed(client, confirmed=yes):
-            yield Hand(client, robot, drive, by)
+            yield Hand(client, robot, drive, task)
 
 
 def _go(
@@ -251,7 +251,7 @@ def _go(
         at = BaseWay(drive, hand.robot.base_frame)
     with (
         ProgressLine() as line,
-        taken(hand.client, (drive.part,), hand.task) as claim,
+        taken(hand.client, (drive.part,), hand.task, hand.task) as claim,
     ):
         on_line = shown(drive, line)
 

@@ -246,7 +246,7 @@ def down_command(name: RunningArgument = None, deployment: RunningOption = None)
     for lock in Path(entry.state_dir).glob("*/gate.lock"):
         if not lock.with_name("clean_mark").exists():
             echo(
-                f"its gate ({lock.parent.name}) did not end disarmed: it will start latched, "
+                f"its last gate ({lock.parent.name}) did not end disarmed: it will start latched, "
                 "until fairlead reset"
             )
 

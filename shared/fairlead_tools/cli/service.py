@@ -175,6 +175,12 @@ def _supervised_process(entry: Running, service: str) -> ProcessId:
             f"{service}: `fairlead up` does not run it ({who}), so nobody would start it again; "
             f"end it, then: fairlead service {shlex.quote(entry.deployment)} {service}"
         )
+    if entry.supervisor is not None and entry.supervisor.is_paused:
+        pid = entry.supervisor.pid
+        raise ServiceError(
+            f"{service}: `fairlead up` (pid {pid}) is paused, so it would not start it again; "
+            f"let it go on: kill -CONT {pid}"
+        )
     if found.running is None:
         raise ServiceError(f"{service}: is being started already; see: fairlead ps")
     return found.running

@@ -167,7 +167,8 @@ def _gate(
 def _of_all_states(stage: Stage) -> Iterable[Row]:
     if not stage.states.order:
         return [identity_checks.STATES.row(stage.states.unfit or ["none came"], "")]
-    return [identity_checks.joint_states(stage), identity_checks.si_positions(stage)]
+    turns = identity_checks.turns(stage.robot, stage.states.every())
+    return [identity_checks.joint_states(stage), identity_checks.si_positions(stage), *turns]
 
 
 def _moving(stage: Stage, wish: CheckOptions, say: Callable[[str], None]) -> Iterator[Row]:

@@ -40,6 +40,10 @@ POSITIONS = Check(
     "robot.yaml: lower, upper, tolerance",
     "read() returns rad and m; a gripper its total opening",
 )  # fmt: skip
+TURNS = Check(
+    "turns", "a continuous joint's position goes on beyond half a turn", "docs/hal.md: values",
+    "read() counts turns: add one wherever the driver's position jumps by one",
+)  # fmt: skip
 RATE = Check(
     "tick rate", "", "robot.yaml: control_period_ms; 10 %: own choice",
     "leave pacing to the host; a backend must return well within a period",
@@ -153,6 +157,25 @@ def si_positions(stage: Stage) -> Row:
                 f"{joint.upper:g} +- {beyond:g}"
             )
     return POSITIONS.row(problems, f"all, in {len(every)} states")
+
+
+def turns(robot: RobotManifest, states: Sequence[Heard]) -> Iterator[Row]:
+    """Of a robot that has continuous joints: whether one was seen to go on, or to jump."""
+    every, unseen, problems = np.array([one.positions for one in states]), list[str](), list[str]()
+    names = robot.measured_joint_names
+    continuous = [name for name in names if robot.joint(name).type == "continuous"]
+    for name in continuous:
+        found = every[:, names.index(name)]
+        jump = int(np.argmax(np.abs(np.diff(found, prepend=found[0]))))
+        if abs(found[jump] - found[jump - 1]) > np.pi and jump:
+            problems.append(f"{name}: {found[jump - 1]:.4g} rad, then {found[jump]:.4g} rad")
+        if np.abs(found).max() <= np.pi:
+            unseen.append(name)
+    if continuous and unseen and not problems:
+        far = "turn each beyond +-3.14 rad (fairlead jog) and look whether it goes on"
+        yield TURNS.not_checked(f"{', '.join(unseen)}: stayed within half a turn; {far}")
+    elif continuous:
+        yield TURNS.row(problems, f"{len(continuous)} joints, beyond half a turn")
 
 
 def ticking(stage: Stage, states: Sequence[Heard], control: Lateness) -> Iterator[Row]:

@@ -21,15 +21,15 @@ from PIL import Image
 
 from fairlead.errors import ConfigError, expected
 from fairlead.skill.manifest import SkillManifest
-from fairlead_tools.learn.dataset import Episode, Header, episodes, read_header
+from fairlead_tools.learn.dataset import FILE, Episode, Header, episodes, read_header
 from fairlead_tools.writable import not_written, require_writable
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 VERSION = "v3.0"
-_FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
-_FIRST = _FILE.format(chunk_index=0, file_index=0)
+_PARQUET = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+_FIRST = _PARQUET.format(chunk_index=0, file_index=0)
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
 _SCALARS = {
     "timestamp": "float32",
@@ -80,7 +80,7 @@ def export_lerobot(folder: Path, target: Path, skill: SkillManifest, failed: boo
             "export lerobot: the package pyarrow is not installed: pip install 'fairlead[dataset]'"
         ) from None
     header = read_header(folder)
-    _check(header, target, skill)
+    _check(folder, header, target, skill)
     parts: list[_Part] = []
     for episode in episodes(folder, skill):
         if episode.succeeded or failed:
@@ -131,11 +131,16 @@ def _whole_or_nothing(target: Path) -> Iterator[None]:
         raise
 
 
-def _check(header: Header, target: Path, skill: SkillManifest) -> None:
+def _check(folder: Path, header: Header, target: Path, skill: SkillManifest) -> None:
     """That the skill is the recorded one, and that there is room for the export."""
     if header.skill_hash != skill.skill_hash.hex():
         who, what = f"export lerobot: skill {skill.id}", "the manifest that was recorded, SHA-256 "
         raise ConfigError(expected(who, what + header.skill_hash, skill.skill_hash.hex()))
+    recorded = {"prompt": skill.prompt, "rate_hz": skill.rate_hz, "pictures": tuple(skill.images)}
+    for name, one in recorded.items():
+        if (got := getattr(header, name)) != one:
+            who = f"export lerobot: {folder / FILE}: {name}"
+            raise ConfigError(expected(who, f"{one!r}, as in that manifest", repr(got)))
     if target.exists() and any(target.iterdir()):
         raise ConfigError(expected("export lerobot", "a folder that is new or empty", target))
     require_writable("export lerobot", target)
@@ -270,6 +275,6 @@ def _info(
         "total_frames": len(whole.columns["index"]), "total_tasks": 1, "chunks_size": 1000,
         "data_files_size_in_mb": 100, "video_files_size_in_mb": 200,
         "fps": int(rate_hz) if rate_hz == int(rate_hz) else rate_hz,
-        "splits": {"train": f"0:{count}"}, "data_path": f"data/{_FILE}", "video_path": None,
+        "splits": {"train": f"0:{count}"}, "data_path": f"data/{_PARQUET}", "video_path": None,
         "features": features,
     }  # fmt: skip

@@ -187,7 +187,8 @@ def _add(spec: mujoco.MjSpec, body: mujoco.MjsBody, collision: ET.Element, path:
 def _mesh(spec: mujoco.MjSpec, shape: ET.Element, folder: Path, who: str) -> str:
     file = folder / shape.get("filename", "").removeprefix("package://")
     if file.suffix.lower() not in _MESHES:
-        raise ConfigError(expected(who, f"a mesh ({', '.join(_MESHES)})", str(file)))
+        got = f"{file}; convert it to one of these, and name that in the URDF"
+        raise ConfigError(expected(who, f"a mesh ({', '.join(_MESHES)})", got))
     if not file.is_file():
         raise ConfigError(f"{who}: no mesh file {file}")
     name = f"mesh {len(spec.meshes)}"

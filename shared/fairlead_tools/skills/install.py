@@ -123,7 +123,11 @@ def is_link_to(target: Path, folder: Path) -> bool:
 
 
 def _copy(source: str, target: str) -> None:
-    shutil.copy2(regular(Path(source)), target)
+    try:
+        regular(Path(source)).open("rb").close()
+    except OSError as error:
+        raise ConfigError(f"skill install: {source}: cannot be read: {error.strerror}") from None
+    shutil.copy2(source, target)
 
 
 def _put(folder: Path, target: Path, link: bool) -> None:

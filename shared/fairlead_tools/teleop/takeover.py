@@ -68,7 +68,9 @@ def _parts_of(client: RobotClient, source: str) -> tuple[str, ...]:
 
 
 @contextmanager
-def taken(client: RobotClient, parts: Sequence[str], task: str) -> Iterator[BlockingClaim]:
+def taken(
+    client: RobotClient, parts: Sequence[str], task: str, source: str = SOURCE
+) -> Iterator[BlockingClaim]:
     """Hold parts while the block lasts; who lets go of them a moment later is waited for.
 
     Raises:
@@ -78,7 +80,7 @@ def taken(client: RobotClient, parts: Sequence[str], task: str) -> Iterator[Bloc
     with ExitStack() as held:
         while True:
             try:
-                claim = client.claim(parts, source=SOURCE, task=task)
+                claim = client.claim(parts, source=source, task=task)
                 held.enter_context(claim)
                 break
             except RefusedError:
