@@ -146,16 +146,6 @@ class Recurses(Misbehaving):
         return self.infer(observation)
 
 
-class UnspeakableError(Exception):
-    def __str__(self) -> str:
-        raise RuntimeError
-
-
-class RaisesUnspeakably(Misbehaving):
-    def infer(self, observation: Observation) -> np.ndarray:
-        raise UnspeakableError
-
-
 class Forgets(Misbehaving):
     def infer(self, observation: Observation) -> None:  # type: ignore[override]
         """Without ``return``."""

@@ -98,11 +98,6 @@ async def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]
             "policy worker: inference failed: policy: expected actions without masked numbers, "
             "got a masked array",
         ),
-        (
-            "RaisesUnspeakably",
-            "policy worker: inference failed: UnspeakableError: its text cannot be had: "
-            "RuntimeError",
-        ),
         ("Nested", "policy worker: inference failed: ValueError: setting an array element"),
         ("Huge", ROWS + "got float32 [50000000, 12]"),
         ("Recurses", "policy worker: inference failed: RecursionError: maximum recursion depth"),
