@@ -28,7 +28,7 @@ pytestmark = pytest.mark.processes
 
 ROBOT, PART, MODE, TICK, WALKS = "panda_mobile", "arm", "cartesian_delta", 100, 120
 FOLDED = np.array([0.0, 0.2, 0.0, -2.0, 0.0, 2.2, 0.785])
-ROOM = 0.05, 3.0
+ROOM = 0.08, 3.0
 """What the gate may refuse too much: of a joint [rad], and of what unequal shares add."""
 SHORT = {False: 0.1, True: 0.5}
 """Of what they add, what it has to refuse: it counts that to first order, of rows alike exactly."""

@@ -1,5 +1,6 @@
 // The ways of a tool's joints depend on where they start, which nobody knows of an arm that moved
-// when it was measured and held in the tick that runs, or of whose rows any share may happen.
+// when it was measured and held in the tick that runs. Of rows of which any share may happen tells
+// test_other_shares.cpp.
 
 #include <doctest/doctest.h>
 
@@ -54,64 +55,6 @@ TEST_CASE(
     (void)predicted.after_a_row();
     CHECK(predicted.all.start_off()[slide_y] >= 1.9 * off);
   }
-}
-
-TEST_CASE("where little of the rows before may have happened, a tool's joints go another way") {
-  Limits limits = free_arm::limits();
-  for (JointLimits& joint : limits.joints) joint.velocity_limit = 100.0;
-  const double upper = 1.5, turn = 0.06, turned = upper * turn;
-  for (const double lower : {0.0, upper}) {
-    CAPTURE(lower);
-    limits.parts[arm].modes.cartesian_delta.gain = {lower, upper};
-    ChunkBuilder chunk;  // turns where it is, then goes ahead, and half as far again
-    chunk.add(arm, Mode::cartesian_delta,
-              {{0, 0, 0, 0, 0, turn}, {way, 0, 0, 0, 0, 0}, {0.5 * way, 0, 0, 0, 0, 0}}, {},
-              "base_link");
-    Predicted predicted(limits, at_rest(), chunk.chunk);
-    const auto off = [&](std::size_t j) { return predicted.all.start_off()[j]; };
-    const auto fastest = [&] {
-      double speed = 0.0;
-      for (std::size_t i = 0; i < predicted.all.branch_count(); ++i)
-        speed = std::max(speed, -predicted.all.branch(i).speed[slide_y]);
-      return speed;
-    };
-    (void)predicted.after_a_row();
-    CHECK(off(slide_y) == 0.0);
-    // Ahead is along the slide if the column has not turned, and also aside if it has.
-    (void)predicted.after_a_row();
-    const double aside = upper * way * std::sin(turned), more = lower == 0.0 ? aside : 0.0;
-    CHECK(off(slide_y) == doctest::Approx(more).epsilon(1e-3));
-    CHECK(off(turn_z) == doctest::Approx(0.0).epsilon(1e-3));
-    CHECK(fastest() == doctest::Approx((aside + more) / 0.05).epsilon(1e-3));
-    const double there = -predicted.all.branch(predicted.all.branch_count() - 1).now[slide_y];
-    CHECK(predicted.all.interval().lowest[slide_y] == doctest::Approx(-there - more));
-    (void)predicted.after_a_row();
-    CHECK(off(slide_y) == doctest::Approx(1.5 * more).epsilon(1e-3));
-  }
-}
-
-TEST_CASE(
-    "G030 joints get where a tool is to be from wherever little of the rows before leaves it") {
-  Limits limits = free_arm::limits();
-  limits.parts[arm].joints.clear();
-  for (const std::size_t joint : {slide_x, slide_y, turn_z}) {
-    (void)limits.parts[arm].joints.push_back(joint);
-    limits.joints[joint].velocity_limit = 100.0;
-  }
-  // As below: it cannot turn so far where it is from 0.75 m, but nearer to the axis.
-  const auto code = [&](double lower) {
-    limits.parts[arm].modes.cartesian_delta.gain = {lower, 1.0};
-    ChunkBuilder chunk;
-    chunk.add(arm, Mode::cartesian_delta, {{-0.05, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0.4191}}, {},
-              "base_link");
-    MeasuredState state = at_rest();
-    state.positions[slide_x] = 0.05;
-    Predicted predicted(limits, state, chunk.chunk);
-    (void)predicted.after_a_row();
-    return predicted.all.advance().code;
-  };
-  CHECK(code(1.0) == 0);
-  CHECK(code(0.0) == 30);
 }
 
 TEST_CASE("an arm that stands, or of which every row is known, is where its branches are") {

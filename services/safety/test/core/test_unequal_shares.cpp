@@ -191,7 +191,7 @@ TEST_CASE("unequal shares: the newest row is as fast as any shares make it, and 
       }
     }
     Joints lowest = joints(1e9, -1e9), highest = joints(-1e9, 1e9);
-    const bool differs = of(rows, gain).widen_speeds(1.0, lowest, highest);
+    const bool differs = of(rows, gain).widen_speeds(1.0, nothing, nothing, lowest, highest);
     CHECK(differs == (rows.back().goes_on && count > 1));
     CHECK(lowest[0] == (differs ? doctest::Approx(least[0]) : 1e9));
     CHECK(lowest[1] == -1e9);
@@ -210,15 +210,19 @@ TEST_CASE(
   shares.add_row({joints(0.1, -0.1), joints(0.1, -0.1), {&gain, true}});
   // What is left: nothing to 0.1. Asked by the second row: 0.1 by the upper, 0.1 by the lower end.
   Joints least = nothing, most = nothing;
-  CHECK(shares.widen_speeds(1.0, least, most));
+  CHECK(shares.widen_speeds(1.0, nothing, nothing, least, most));
   CHECK(most[0] == doctest::Approx(0.2));
   CHECK(least[0] == 0.0);
   CHECK(least[1] == doctest::Approx(-0.2));
   CHECK(most[1] == 0.0);
+  // By where it starts 0.03 less or 0.04 more.
+  CHECK(shares.widen_speeds(0.5, joints(0.03, 0.03), joints(0.04, 0.04), least, most));
+  CHECK(most[0] == doctest::Approx((0.2 + 0.04) / 0.5));
+  CHECK(least[1] == doctest::Approx((-0.2 - 0.03) / 0.5));
+  least = most = nothing;
   shares.add_row({joints(0.3, 0), joints(0.1, 0), {&gain, true}});
-  most = nothing;
   // Left: nothing to 0.1; asked: 0.1, or (0.3 - 0.5 * 0.1) / 0.5.
-  CHECK(shares.widen_speeds(1.0, least, most));
+  CHECK(shares.widen_speeds(1.0, nothing, nothing, least, most));
   CHECK(most[0] == doctest::Approx(0.5 + 0.1));
 }
 
@@ -229,13 +233,13 @@ TEST_CASE("unequal shares: what a row without a share leaves is nothing to the n
   shares.add_row({joints(0.5, 0), joints(1, 0), {&gain}});
   shares.add_row({joints(0.75, 0), joints(1, 0), {&gain, true}});
   Joints least = nothing, most = nothing;
-  CHECK(shares.widen_speeds(0.1, least, most));
+  CHECK(shares.widen_speeds(0.1, nothing, nothing, least, most));
   CHECK(most[0] == doctest::Approx(15.0));
   shares.add_row({joints(0.5, 0), joints(0.5, 0), {}});
-  CHECK(!shares.widen_speeds(1.0, least, most));
+  CHECK(!shares.widen_speeds(1.0, nothing, nothing, least, most));
   shares.add_row({joints(0.5, 0), joints(1, 0), {&gain, true}});
   most = nothing;
-  CHECK(shares.widen_speeds(1.0, least, most));
+  CHECK(shares.widen_speeds(1.0, nothing, nothing, least, most));
   CHECK(most[0] == 1.0);
 }
 
@@ -245,6 +249,6 @@ TEST_CASE("unequal shares: of a lower end of nothing the upper one says what is 
   shares.add_row({nothing, joints(1, 0), {&none_to_all}});
   shares.add_row({nothing, joints(1, 0), {&none_to_all, true}});
   Joints least = nothing, most = nothing;
-  CHECK(shares.widen_speeds(1.0, least, most));
+  CHECK(shares.widen_speeds(1.0, nothing, nothing, least, most));
   CHECK(most[0] == 2.0);
 }

@@ -87,7 +87,8 @@ Evidence Prediction::advance() {
   interval_before_ = interval_;
   for (Branch& branch : branches()) branch.begin_row();
   settle_uncommanded();
-  way_off_.fill(0.0);
+  way_less_.fill(0.0);
+  way_more_.fill(0.0);
   Evidence fault = apply_rows(RowBefore{&chunk_, row_}, false);
   if (is_start_off_ || shares_can_differ()) widen_by_other_ways();
   has_earlier_target_ = 0;  // what rows command from here on is where the branches are
@@ -135,8 +136,9 @@ Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool o
     const Command command{action, modes, row_of(action, row, model_.limits)};
     shared_by_[action.part] = {gain_block(modes, action.mode),
                                goals_add_up_ && is_tool_motion(action.mode)};
-    for (std::size_t i = 0; i < branch_count; ++i) {
-      const Evidence evidence = apply(command, i);
+    const Evidence other = note_other_ways(command);
+    for (std::size_t i = 0; i <= branch_count; ++i) {
+      const Evidence evidence = i < branch_count ? apply(command, i) : other;
       if (fault.ok() && !evidence.ok()) fault = of(evidence, model_.limits.parts[action.part].name);
     }
   }
@@ -169,17 +171,20 @@ Evidence Prediction::apply(const Command& command, std::size_t index) {
 // No joint is faster than its limit: of a row that asks for more, the controller makes less. In
 // the first row it may still be as fast as it is measured, if that is the same way, or already as
 // slow as commanded; and a target is reached from wherever the hold before has left the joint.
-void Prediction::note_speed(Branch& branch, std::size_t joint, double change) const {
+void Prediction::note_speed(Branch& branch, std::size_t joint, double change,
+                            double of_most) const {
   const double limit = model_.fastest[joint];
   double commanded = change / model_.period_s;
   commanded += std::copysign(std::min(creep(joint), std::abs(commanded)), commanded);
   double& speed = branch.speed[joint];
   speed = std::clamp(commanded, -limit, limit);
-  const double off = speed_off(joint), sign = speed < 0.0 ? -1.0 : 1.0;
-  if (steps_ != 1 && off == 0.0) return;
-  const double slow = std::clamp(commanded - sign * off, -limit, limit);
+  const auto [less, more] = speeds_off(joint, of_most);
+  if (steps_ != 1 && less == 0.0 && more == 0.0) return;
+  const double lower = std::clamp(commanded - less, -limit, limit);
+  const double upper = std::clamp(commanded + more, -limit, limit);
+  const double slow = speed < 0.0 ? upper : lower;
   const double measured = measured_speed(model_.limits, state_, joint);
-  double fast = std::clamp(commanded + sign * off, -limit, limit);
+  double fast = speed < 0.0 ? lower : upper;
   if (steps_ == 1 && (speed > 0.0 ? measured > fast : speed < 0.0 && measured < fast))
     fast = measured;
   if (fast == slow) return;
@@ -194,11 +199,18 @@ bool Prediction::reaches_goal(std::size_t joint) const {
   return steps_ == 1 && (goals_add_up_ || (lagging_ & only(joint)) == 0);
 }
 
-// How much faster or slower a joint may be in the newest row by where that starts: a tool's goes
-// another way from there, or a goal is reached from there.
-double Prediction::speed_off(std::size_t joint) const {
-  const double reach = reaches_goal(joint) ? start_off_[joint] : 0.0;
-  return (way_off_[joint] + reach) / model_.period_s;
+// By where the newest row starts a joint may be so much less fast, or faster: a tool's goes another
+// way from there, or a goal is reached from there. What is known of the most of a row holds of a
+// share of it either way, as that starts elsewhere.
+std::pair<double, double> Prediction::speeds_off(std::size_t joint, double of_most) const {
+  double less = way_less_[joint], more = way_more_[joint];
+  if (of_most < 1.0) less = more = of_most * larger(less, more);
+  const double goal = goal_off(joint);
+  return {(less + goal) / model_.period_s, (more + goal) / model_.period_s};
+}
+
+double Prediction::goal_off(std::size_t joint) const {
+  return reaches_goal(joint) ? start_off_[joint] : 0.0;
 }
 
 // How much faster a held joint may reach its goal that was slow enough to count as standing when it

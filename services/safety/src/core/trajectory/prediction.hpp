@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "core/chunk/judgement.hpp"
 #include "core/kinematics/forward_kinematics.hpp"
@@ -145,6 +146,14 @@ class Prediction {
     const ModeLimits& modes;
     Setpoint row;
   };
+  /// Of a share of what is asked of a tool, the row and what is left of those before it.
+  struct ToolWay {
+    Motion6 row;
+    Motion6 asked;
+    double share;
+    Joints after;
+    Joints first_step;
+  };
 
   void start_still(const PartMemories* memories);
   void note_left(const PartMemories* memories);
@@ -174,19 +183,23 @@ class Prediction {
   void apply_targets(const Command& command, Branch& branch);
   void apply_velocities(const Command& command, std::size_t index);
   Evidence apply_tool_motion(const Command& command, std::size_t index);
-  Evidence note_other_ways(std::size_t part, const Motion6& motion, std::size_t index,
-                           const Joints& after);
+  Evidence find_way(const Command& command, std::size_t index, ToolWay& way);
+  Evidence note_other_ways(const Command& command);
+  [[nodiscard]] Evidence find_other_way(const Command& command, const Branch& branch,
+                                        const ToolWay& way, const Joints& shift, Joints& less,
+                                        Joints& more) const;
   void widen_by_other_ways();
   Evidence apply_pose(const Command& command, Branch& branch);
   Evidence solve_pose(const Command& command, Branch& branch, Joints& first_step) const;
   [[nodiscard]] Evidence check_speed(const Branch& branch, std::size_t part,
-                                     const Joints& first_step) const;
+                                     const Joints& first_step, double of_most) const;
   [[nodiscard]] bool is_switched_up(const ActionChunk& chunk, std::size_t row) const;
   [[nodiscard]] bool goals_add_up(const RowBefore& own, bool before) const;
   void apply_body_twist(const Command& command, std::size_t index);
-  void note_speed(Branch& branch, std::size_t joint, double change) const;
+  void note_speed(Branch& branch, std::size_t joint, double change, double of_most = 1.0) const;
   [[nodiscard]] bool reaches_goal(std::size_t joint) const;
-  [[nodiscard]] double speed_off(std::size_t joint) const;
+  [[nodiscard]] std::pair<double, double> speeds_off(std::size_t joint, double of_most) const;
+  [[nodiscard]] double goal_off(std::size_t joint) const;
   [[nodiscard]] double creep(std::size_t joint) const;
   [[nodiscard]] JointSet commanded_in(std::size_t step) const;
   [[nodiscard]] JointSet held_in(const RowBefore& before) const;
@@ -235,7 +248,9 @@ class Prediction {
   double base_speed_before_ = 0.0;
   bool is_start_off_ = false;
   Joints start_off_{};
-  Joints way_off_{};  // of tools' joints in the newest row, whose way depends on where they start
+  // Of tools' joints in the newest row, whose way depends on where they start.
+  Joints way_less_{};
+  Joints way_more_{};
   Branch measured_;
   std::array<Branch, max_branches> branches_;
 };

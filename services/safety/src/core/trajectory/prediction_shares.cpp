@@ -55,7 +55,8 @@ void Prediction::note_shares(double turn_before) {
     UnequalShares& shares = unequal_shares_[part];
     if (rows_shared_ == 0) shares.begin(model_.part_joints[part] & moving_);
     shares.add_row({lower, upper, shared_by_[part]});
-    speeds_differ_ |= shares.widen_speeds(model_.period_s, speeds_.lowest, speeds_.highest);
+    speeds_differ_ |=
+        shares.widen_speeds(model_.period_s, way_less_, way_more_, speeds_.lowest, speeds_.highest);
   }
   ++rows_shared_;
   if (turn_before > 0.0) turned_off_ += turn_before * slide_way(model_, upper);

@@ -52,74 +52,113 @@ bool Prediction::goals_add_up(const RowBefore& own, bool before) const {
 // From the configuration before the row, whatever other parts do in it.
 Evidence Prediction::apply_tool_motion(const Command& command, std::size_t index) {
   Branch& branch = branches_[index];
-  const auto& joints = model_.limits.parts[command.action.part].joints;
-  Motion6 asked = tick_motion(model_, branch.poses_before(), command.row);
-  Motion6& left = branch.left[command.action.part];
-  if (goals_add_up_) {
-    if (left.hasNaN()) {
-      for (const std::size_t j : joints) branch.now[j] = unset;
-      return broken_rule(code::speed, "tool motion", lost_goal);
-    }
-    asked = one_after_other(left, asked);
+  const std::size_t part = command.action.part;
+  const auto& joints = model_.limits.parts[part].joints;
+  Motion6& left = branch.left[part];
+  if (goals_add_up_ && left.hasNaN()) {
+    for (const std::size_t j : joints) branch.now[j] = unset;
+    return broken_rule(code::speed, "tool motion", lost_goal);
   }
-  const double share = gain(command, index);
-  const Motion6 motion = share * asked;
-  left = asked - motion;
-  Joints after = branch.before;
-  Joints first_step;
-  Evidence evidence = move_tool(model_, model_.tools[command.action.part], motion,
-                                branch.poses_before(), branch.poses_now(), after, first_step);
-  if (evidence.ok()) evidence = note_other_ways(command.action.part, motion, index, after);
+  ToolWay way;
+  const Evidence evidence = find_way(command, index, way);
+  left = way.asked - way.share * way.asked;
+  const double of_most = way.share / gain_block(command.modes, command.action.mode)->upper;
   for (const std::size_t j : joints) {
-    const double change = after[j] - branch.before[j];
-    note_speed(branch, j, change);
+    const double change = way.after[j] - branch.before[j];
+    note_speed(branch, j, change, of_most);
     branch.now[j] += change;
   }
-  return evidence.ok() ? check_speed(branch, command.action.part, first_step) : evidence;
+  return evidence.ok() ? check_speed(branch, part, way.first_step, of_most) : evidence;
 }
 
-// From where each joint may really be, the tool's joints go other ways: by as much, all together,
-// as the ways differ of one joint at a time. And where less than the most has happened of the rows
-// before, by as much as where the least has.
-Evidence Prediction::note_other_ways(std::size_t part, const Motion6& motion, std::size_t index,
-                                     const Joints& after) {
-  const Branch& branch = branches_[index];
+Evidence Prediction::find_way(const Command& command, std::size_t index, ToolWay& way) {
+  Branch& branch = branches_[index];
+  const std::size_t part = command.action.part;
+  way.row = tick_motion(model_, branch.poses_before(), command.row);
+  way.asked = goals_add_up_ ? one_after_other(branch.left[part], way.row) : way.row;
+  way.share = gain(command, index);
+  way.after = branch.before;
+  return move_tool(model_, model_.tools[part], way.share * way.asked, branch.poses_before(),
+                   branch.poses_now(), way.after, way.first_step);
+}
+
+// Before any branch goes on. From where each joint may really be, the tool's joints go other ways:
+// by as much, all together, as the ways differ of one joint at a time. Where less than the most has
+// happened of the rows before, by the sum of how they differ after the least of one of these rows.
+// So much of the most of this row; of the least of it by its share of that.
+Evidence Prediction::note_other_ways(const Command& command) {
+  if (!is_tool_motion(command.action.mode) || (rows_shared_ == 0 && !is_start_off_)) return {};
+  const std::size_t part = command.action.part, most = share_count_ - 1;
   const auto& joints = model_.limits.parts[part].joints;
-  Joints differ{};
-  const auto note = [&](const Joints& from, FramePoses start) {
-    Joints other = from, first_step;
-    FramePoses end = start;
-    const Evidence evidence =
-        move_tool(model_, model_.tools[part], motion, start, end, other, first_step);
-    for (const std::size_t j : joints)
-      differ[j] += std::abs((other[j] - from[j]) - (after[j] - branch.before[j]));
-    return evidence;
+  ToolWay way;
+  if (!find_way(command, most, way).ok()) return {};  // as that branch says itself
+  Evidence fault;
+  Joints less{}, more{};
+  const auto note = [&](const Joints& shift, Joints& below, Joints& above) {
+    const Evidence evidence = find_other_way(command, branches_[most], way, shift, below, above);
+    if (fault.ok()) fault = evidence;
   };
-  Evidence evidence;
   for (const std::size_t moved : joints) {
-    if (!is_start_off_ || start_off_[moved] == 0.0 || !evidence.ok()) continue;
-    Joints from = branch.before;
-    from[moved] += std::copysign(start_off_[moved], measured_.speed[moved]);
-    FramePoses start = branch.poses_before();
-    start.place_chain(model_, model_.tools[part], from);
-    evidence = note(from, start);
+    if (!is_start_off_ || start_off_[moved] == 0.0) continue;
+    Joints shift{}, below{}, above{};
+    shift[moved] = std::copysign(start_off_[moved], measured_.speed[moved]);
+    note(shift, below, above);
+    for (const std::size_t j : joints) {
+      less[j] += larger(below[j], above[j]);
+      more[j] += larger(below[j], above[j]);
+    }
   }
-  if (rows_shared_ > 0 && index + 1 == share_count_ && evidence.ok())
-    evidence = note(branches_[1].before, branches_[1].poses_before());
-  for (const std::size_t j : joints) way_off_[j] = larger(way_off_[j], differ[j]);
-  return evidence;
+  for (std::size_t i = 0; i < model_.limits.parts.size(); ++i) {
+    if ((model_.part_joints[i] & model_.tools[part].movers) == 0) continue;
+    for (std::size_t row = 0; row < rows_shared_; ++row) {
+      Joints shift{};
+      if (unequal_shares_[i].shift_to_least(row, shift)) note(shift, less, more);
+    }
+  }
+  const Gain& gain = *gain_block(command.modes, command.action.mode);
+  for (const std::size_t j : joints) {
+    way_less_[j] = larger(less[j], gain.lower / gain.upper * more[j]);
+    way_more_[j] = larger(more[j], gain.lower / gain.upper * less[j]);
+  }
+  return fault;
+}
+
+// Adds by how much less, or more, each joint moves from there.
+Evidence Prediction::find_other_way(const Command& command, const Branch& branch,
+                                    const ToolWay& way, const Joints& shift, Joints& less,
+                                    Joints& more) const {
+  const std::size_t part = command.action.part;
+  Joints from = branch.before, first_step;
+  for (std::size_t j = 0; j < from.size(); ++j) from[j] += shift[j];
+  const FramePoses start(model_, from);
+  FramePoses end = start;
+  const Motion6 turned = tick_motion(model_, start, command.row) - way.row;
+  Joints after = from;
+  const Evidence evidence = move_tool(model_, model_.tools[part], way.share * (way.asked + turned),
+                                      start, end, after, first_step);
+  if (!evidence.ok()) return evidence;
+  for (const std::size_t j : model_.limits.parts[part].joints) {
+    const double change = after[j] - shift[j] - way.after[j];
+    less[j] += larger(-change, 0.0);
+    more[j] += larger(change, 0.0);
+  }
+  return {};
 }
 
 // G026: what a motion of the tool asks of a joint is no more than it may do, and it does no more
 // than that already. `first_step`: where one straight step of least squares leads. Where that and
 // the way found differ by much, the elbow may go either way, and as fast as either.
-Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
-                                 const Joints& first_step) const {
+Evidence Prediction::check_speed(const Branch& branch, std::size_t part, const Joints& first_step,
+                                 double of_most) const {
   for (const std::size_t j : model_.limits.parts[part].joints) {
     const JointLimits& joint = model_.limits.joints[j];
     const double from = came_from(branch, j);
-    double speed = larger(std::abs(branch.now[j] - from), std::abs(first_step[j] - from));
-    speed = speed / model_.period_s + speed_off(j);
+    const auto [less, more] = speeds_off(j, of_most);
+    double speed = 0.0;
+    for (const double end : {branch.now[j], first_step[j]}) {
+      const double way = (end - from) / model_.period_s;
+      speed = larger(speed, larger(std::abs(way - less), std::abs(way + more)));
+    }
     if (steps_ == 1) speed = larger(speed, std::abs(measured_speed(model_.limits, state_, j)));
     if (!(speed <= joint.velocity_limit))
       return above(code::speed, joint.name.view(), speed, joint.velocity_limit,
@@ -130,10 +169,10 @@ Evidence Prediction::check_speed(const Branch& branch, std::size_t part,
 
 void Prediction::widen_by_other_ways() {
   for (const std::size_t j : JointsIn(lagging_ | redundant_)) {
-    start_off_[j] += way_off_[j];
-    const double off = (redundant_ & only(j)) != 0 ? start_off_[j] : way_off_[j];
-    interval_.lowest[j] -= off;
-    interval_.highest[j] += off;
+    start_off_[j] += larger(way_less_[j], way_more_[j]);
+    const bool is_redundant = (redundant_ & only(j)) != 0;
+    interval_.lowest[j] -= is_redundant ? start_off_[j] : way_less_[j];
+    interval_.highest[j] += is_redundant ? start_off_[j] : way_more_[j];
   }
 }
 
@@ -142,7 +181,7 @@ Evidence Prediction::apply_pose(const Command& command, Branch& branch) {
   const Evidence evidence = solve_pose(command, branch, first_step);
   for (const std::size_t j : model_.limits.parts[command.action.part].joints)
     note_speed(branch, j, branch.now[j] - came_from(branch, j));
-  return evidence.ok() ? check_speed(branch, command.action.part, first_step) : evidence;
+  return evidence.ok() ? check_speed(branch, command.action.part, first_step, 1.0) : evidence;
 }
 
 // From where the other parts of the row carry its own.

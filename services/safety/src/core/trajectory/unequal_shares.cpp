@@ -96,12 +96,23 @@ void UnequalShares::raise_to_bound(const Joints* stop, Joints& off) const {
   }
 }
 
+bool UnequalShares::shift_to_least(std::size_t row, Joints& joints) const {
+  bool moves = false;
+  for (const std::size_t j : JointsIn(joints_)) {
+    const double way = width(row, j, nullptr);
+    joints[j] -= way;
+    moves |= way != 0.0;
+  }
+  return moves;
+}
+
 // Of a row that begins anew the ends of its own gain say all.
-bool UnequalShares::widen_speeds(double period_s, Joints& lowest, Joints& highest) const {
+bool UnequalShares::widen_speeds(double period_s, const Joints& less, const Joints& more,
+                                 Joints& lowest, Joints& highest) const {
   if (!goes_on_) return false;
   for (const std::size_t j : JointsIn(joints_)) {
-    lowest[j] = smaller(lowest[j], least_[j] / period_s);
-    highest[j] = larger(highest[j], most_[j] / period_s);
+    lowest[j] = smaller(lowest[j], (least_[j] - less[j]) / period_s);
+    highest[j] = larger(highest[j], (most_[j] + more[j]) / period_s);
   }
   return true;
 }

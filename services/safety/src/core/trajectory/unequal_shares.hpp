@@ -37,9 +37,15 @@ class UnequalShares {
   /// leave the part; with `stop`, what the upper end adds to the last row more than the lower.
   void raise_to_bound(const Joints* stop, Joints& off) const;
 
+  /// Moves `joints` to where they are if the least of that row happened, not the most, by first
+  /// order. Whether that is elsewhere.
+  bool shift_to_least(std::size_t row, Joints& joints) const;
+
   /// Widens, by joint, `lowest` to `highest` to how fast any shares make the newest row [rad/s,
-  /// m/s]. Whether that can be faster than its ends.
-  bool widen_speeds(double period_s, Joints& lowest, Joints& highest) const;
+  /// m/s], and so much `less` or `more` [rad, m] by where it starts. Whether that can be faster
+  /// than its ends.
+  bool widen_speeds(double period_s, const Joints& less, const Joints& more, Joints& lowest,
+                    Joints& highest) const;
 
  private:
   void note_asked(const SharedRow& row, std::size_t j);
