@@ -199,9 +199,9 @@ bool Prediction::reaches_goal(std::size_t joint) const {
   return steps_ == 1 && (goals_add_up_ || (lagging_ & only(joint)) == 0);
 }
 
-// By where the newest row starts a joint may be so much less fast, or faster: a tool's goes another
-// way from there, or a goal is reached from there. What is known of the most of a row holds of a
-// share of it either way, as that starts elsewhere.
+// How much less or more speed a joint may have by where the newest row starts: a tool's joint goes
+// another way from there, or reaches a goal from there. For less than the most of a row that start
+// may be on either side.
 std::pair<double, double> Prediction::speeds_off(std::size_t joint, double of_most) const {
   double less = way_less_[joint], more = way_more_[joint];
   if (of_most < 1.0) less = more = of_most * larger(less, more);

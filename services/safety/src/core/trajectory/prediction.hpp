@@ -146,7 +146,8 @@ class Prediction {
     const ModeLimits& modes;
     Setpoint row;
   };
-  /// Of a share of what is asked of a tool, the row and what is left of those before it.
+  /// What a share of what is asked of a tool makes of its joints. row: its motion, along the root's
+  /// axes [m, rad]; asked: with what is left of the rows before it.
   struct ToolWay {
     Motion6 row;
     Motion6 asked;

@@ -82,16 +82,17 @@ Evidence Prediction::find_way(const Command& command, std::size_t index, ToolWay
                    branch.poses_now(), way.after, way.first_step);
 }
 
-// Before any branch goes on. From where each joint may really be, the tool's joints go other ways:
-// by as much, all together, as the ways differ of one joint at a time. Where less than the most has
-// happened of the rows before, by the sum of how they differ after the least of one of these rows.
-// So much of the most of this row; of the least of it by its share of that.
+// How much less or more the tool's joints may move in a row by where it starts, to first order. If
+// they moved while a tick was held: the sum of what the start of each joint changes. If of earlier
+// rows other shares may have happened: the sum of what the least of each of them changes, searched
+// with the most of this row. Its least changes by its share of that, either way. Found before any
+// branch goes on, so that all of them count it.
 Evidence Prediction::note_other_ways(const Command& command) {
   if (!is_tool_motion(command.action.mode) || (rows_shared_ == 0 && !is_start_off_)) return {};
   const std::size_t part = command.action.part, most = share_count_ - 1;
   const auto& joints = model_.limits.parts[part].joints;
   ToolWay way;
-  if (!find_way(command, most, way).ok()) return {};  // as that branch says itself
+  if (!find_way(command, most, way).ok()) return {};  // that branch will say so itself
   Evidence fault;
   Joints less{}, more{};
   const auto note = [&](const Joints& shift, Joints& below, Joints& above) {
