@@ -136,11 +136,12 @@ Evidence Prediction::apply_row(const ActionChunk& chunk, std::size_t row, bool o
     const Command command{action, modes, row_of(action, row, model_.limits)};
     shared_by_[action.part] = {gain_block(modes, action.mode),
                                goals_add_up_ && is_tool_motion(action.mode)};
-    const Evidence other = note_other_ways(command);
-    for (std::size_t i = 0; i <= branch_count; ++i) {
-      const Evidence evidence = i < branch_count ? apply(command, i) : other;
+    const auto note = [&](const Evidence& evidence) {
       if (fault.ok() && !evidence.ok()) fault = of(evidence, model_.limits.parts[action.part].name);
-    }
+    };
+    const Evidence other_ways = note_other_ways(command);
+    for (std::size_t i = 0; i < branch_count; ++i) note(apply(command, i));
+    note(other_ways);
   }
   return fault;
 }
