@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from bench.equipment.gate_port import EventKind, GateOutput, OutputKind
-from fairlead.errors import ConfigError
-from fairlead.paths import gate_config, repo_root
+from fairlead.paths import built_program, gate_config
 
 TOOL = "fairlead-safety-core-stdio"
 LOGS = "FAIRLEAD_EXPLORER_LOGS"  # a folder that keeps the decision log of every run
@@ -26,18 +25,6 @@ OUTPUTS: dict[int, OutputKind] = {
 }
 
 
-def core_binary() -> Path:
-    """The built tool.
-
-    Raises:
-        ConfigError: if it has not been built.
-    """
-    path = repo_root() / "build" / "safety" / TOOL
-    if not path.is_file():
-        raise ConfigError(f"explorer: no {path}; build it with: scripts/build-gate")
-    return path
-
-
 class RealGate:
     """One gate core, driven over the tool's stdin and stdout.
 
@@ -48,7 +35,7 @@ class RealGate:
 
     def __init__(self, seed: int, restarted: bool = False, config: Path | None = None) -> None:
         file = config or gate_config("panda_mobile", "sim")
-        command = [str(core_binary()), "--config", str(file), "--seed", str(seed)]
+        command = [str(built_program(TOOL)), "--config", str(file), "--seed", str(seed)]
         if LOGS in os.environ:
             command += ["--decision-log", os.environ[LOGS]]
         self._child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)

@@ -13,7 +13,7 @@ from fairlead.robot.manifest import RobotManifest
 from fairlead_tools.measure.driven_robot import Moment
 from fairlead_tools.measure.rows import FullScaleRows
 
-KINDS = ("random", "corner", "creep")
+KINDS = ("random", "corner", "creep", "turns")
 ROWS_MOST = 16
 SLOW = (0.05, 0.4)
 NOISE = 0.3
@@ -40,7 +40,8 @@ class Adversary:
     def begin(self, kind: str) -> None:
         """A new attack, on one to all parts, each in one of its modes.
 
-        ``random`` directions at any scale, one ``corner`` of full scale, ``creep`` towards one.
+        ``random`` directions at any scale, one ``corner`` of full scale, ``creep`` towards one,
+        ``turns``: one direction at any scale, each row there or back.
         """
         self._kind, self._rows = kind, self._parts()
         self._wishes = {part: self._wish(one.axes) for part, one in self._rows.items()}
@@ -52,6 +53,9 @@ class Adversary:
         for _ in range(count):
             if self._kind == "random":
                 self._wishes = {part: self._wish(one.axes) for part, one in self._rows.items()}
+            elif self._kind == "turns":
+                way = -1.0 if self._rng.random() < 0.5 else 1.0
+                self._wishes = {part: way * wish for part, wish in self._wishes.items()}
             found.append(
                 {part: one.row(self._wishes[part], now) for part, one in self._rows.items()}
             )

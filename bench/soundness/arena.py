@@ -14,6 +14,9 @@ EXACT_M = 0.05
 """Capsules further apart than this are told to be so at least."""
 
 RULES = ("bounds", "workspace", "self-collision", "zones")
+SPEED = "joint speed"
+SPEED_TOLERANCE = 0.01
+"""A servo that is told exactly its joint's limit is measured at it, give or take this share."""
 
 
 class Arena:

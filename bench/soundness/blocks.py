@@ -14,15 +14,16 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from bench.equipment.real_gate import core_binary
+from bench.equipment.real_gate import TOOL
 from bench.soundness.chunk_rows import Row
 from bench.soundness.episodes import episode
+from bench.soundness.followed import Soundness
 from bench.soundness.gate_loop import GateLoop
-from bench.soundness.kinematic_campaign import KinematicCampaign, Soundness
+from bench.soundness.kinematic_campaign import KinematicCampaign
 from bench.soundness.simulated_campaign import Simulated, SimulatedCampaign
 from bench.soundness.usability import Usability, demonstrate
 from fairlead.messages import FloatArray
-from fairlead.paths import gate_config
+from fairlead.paths import built_program, gate_config
 from fairlead_tools.measure.driven_robot import DrivenRobot
 
 Kind = Literal["kinematic", "simulated", "usability"]
@@ -72,7 +73,7 @@ def work(block: Block, on_progress: Callable[[str], None] = lambda what: None) -
 
 def kept_work(block: Block, folder: Path) -> Found:
     """The same, unless ``folder`` has it from this very gate and these limits already."""
-    gate = hashlib.sha256(core_binary().read_bytes())
+    gate = hashlib.sha256(built_program(TOOL).read_bytes())
     gate.update(gate_config(block.robot, "sim").read_bytes())
     name = f"{block.robot}-{block.kind}-{block.number}-{block.amount}-{gate.hexdigest()[:12]}"
     file = folder / f"{name}.pickle"

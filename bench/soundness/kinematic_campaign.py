@@ -10,9 +10,7 @@ as 0. An arm that takes joint targets also sags, under a policy that tells it to
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +18,9 @@ import numpy as np
 from bench.equipment.case import Pacing
 from bench.equipment.kinematics import Kinematics
 from bench.soundness.adversary import KINDS, ROWS_MOST, Adversary
-from bench.soundness.arena import RULES, Arena
+from bench.soundness.arena import SPEED, SPEED_TOLERANCE, Arena
 from bench.soundness.chunk_rows import Row
+from bench.soundness.followed import Soundness
 from bench.soundness.gate_loop import GateLoop
 from bench.soundness.prediction import DAMPINGS, NotReachedError
 from bench.soundness.share_robot import Faults, ShareRobot
@@ -46,35 +45,12 @@ SAG = 2e-3
 """The most that a joint sags [rad]."""
 PACINGS: tuple[Pacing, Pacing] = ("lockstep", "realtime")
 MISSED = 0.4
+TOLD_MOTIONS = (
+    *(ControlMode.CARTESIAN_DELTA, ControlMode.CARTESIAN_TWIST),
+    *(ControlMode.CARTESIAN_POSE, ControlMode.JOINT_VELOCITY),
+)
 NUMERIC = 1e-6
 """Rooms this little below 0 are rounding [rad or m]."""
-
-
-@dataclass
-class Soundness:
-    """rows: that acted, of each chunk under several shares; in_realtime: of them, those judged so.
-
-    after_hold: of the rows, those of further chunks, in realtime of some that came in a held tick.
-    cut: of these runs, those that the gate ended before the last released row. breaches: by rule,
-    places where it was broken, or would have been by a hold. worst: least room left, by rule. near:
-    places within the clearance that the gate keeps. told: one line for each of the first breaches.
-    """
-
-    chunks: int = 0
-    by_kind: Counter[str] = field(default_factory=Counter)
-    released: int = 0
-    truncated: Counter[int] = field(default_factory=Counter)
-    refused: Counter[int] = field(default_factory=Counter)
-    rows: int = 0
-    in_realtime: int = 0
-    after_hold: int = 0
-    cut: Counter[int] = field(default_factory=Counter)
-    configurations: int = 0
-    not_reached: int = 0
-    near: int = 0
-    breaches: Counter[str] = field(default_factory=Counter)
-    worst: dict[str, float] = field(default_factory=lambda: dict.fromkeys(RULES, np.inf))
-    told: list[str] = field(default_factory=list)
 
 
 class KinematicCampaign:
@@ -106,6 +82,10 @@ class KinematicCampaign:
         self._beside = SideBySide(self._loop, recorded, self._moment, self._rng)
         self.found = Soundness()
         self._waiting: list[tuple[str, FloatArray, FloatArray, float]] = []
+        self._period_s = robot.tick_period_ns * 1e-9
+        limits = [joint.get("velocity_limit") for joint in file["joints"]]
+        self._fastest = np.array([np.inf if one is None else one for one in limits])
+        self._fastest[self._shares.base] = np.inf  # two rows' slides, turned, add up in one
         self._targets = [
             part.name for part in robot.parts if ControlMode.JOINT_POSITION in part.control_modes
         ]
@@ -154,14 +134,15 @@ class KinematicCampaign:
             self.found.refused[verdict.code] += 1
 
     def _follow(self, kind: str, pacing: Pacing, q: FloatArray, rows: Sequence[Row]) -> None:
-        """At both ends of the gain, its middle, and shares drawn for each tick and part.
+        """At both ends of the gain, its middle, and shares drawn for each part.
 
-        Drawn is one of the ends for the whole run, and any.
+        Drawn is one of the ends: for the whole run, for each tick; and any for each tick.
         """
         ticks, parts = CHUNKS[pacing] * (ROWS_MOST + 1), len(self._robot.parts)
         mixed = np.tile(self._rng.integers(0, 2, parts).astype(float), (ticks, 1))
         shares = [np.full((ticks, parts), share) for share in (0.0, 1.0, 0.5)]
-        shares += [mixed, self._rng.random((ticks, parts))]
+        corners = self._rng.integers(0, 2, (ticks, parts)).astype(float)
+        shares += [mixed, corners, self._rng.random((ticks, parts))]
         if not self._shares.prediction.depends_on_shares(rows[0]):
             shares = shares[: 1 if pacing == "lockstep" else 2]
         self.found.chunks += 1
@@ -253,6 +234,7 @@ class KinematicCampaign:
         """Where a tick led, and where a hold would."""
         modes = {part: command.mode.yaml_name for part, command in done.commands.items()}
         told = f"{what}, share {self._shares.share.round(2)}, {modes}"
+        self._see_speeds(told, done)
         drives = self._shares.base_speed()
         stops = self._rng.integers(0, 2, self._robot.n_dof).astype(float)
         for way, place in (
@@ -261,6 +243,16 @@ class KinematicCampaign:
             (f", then held, of each joint {stops}", self._shares.stopped(done, stops)),
         ):
             self._waiting.append((told + way, place, self._shares.told, drives))
+
+    def _see_speeds(self, told: str, done: Tick) -> None:
+        """Of the joints of arms that are told motions: a target is at once where it shall be."""
+        moved = (done.after.positions - done.before.positions)[: self._robot.n_dof]
+        room = (1.0 + SPEED_TOLERANCE) * self._fastest - np.abs(moved) / self._period_s
+        for part, command in done.commands.items():
+            if command.mode not in TOLD_MOTIONS:
+                continue
+            own = [self._robot.joint_names.index(name) for name in self._robot.part(part).joints]
+            self.found.see(SPEED, float(room[own].min()), told)
 
     def _look(self) -> None:
         """Ask the arena about everything followed since the last time.
@@ -283,8 +275,7 @@ class KinematicCampaign:
             room = np.where(sags, drifted + 2.0 * np.maximum(meant[rule] - free, 0.0), drifted)
             self.found.worst[rule] = min(self.found.worst[rule], float(room.min()))
             for index in np.flatnonzero(room < -NUMERIC):
-                self.found.breaches[rule] += 1
-                self.found.told.append(f"{rule} {room[index]:.5f}: {whats[index]}")
+                self.found.see(rule, float(room[index]), whats[index])
         self._waiting = []
 
     def _moment(self, q: FloatArray) -> Moment:

@@ -11,7 +11,7 @@ from time import monotonic
 from typing import Any
 
 from bench.soundness.blocks import Block, Found, Kind, blocks_of, kept_work, merged, work
-from bench.soundness.kinematic_campaign import Soundness
+from bench.soundness.followed import Soundness
 from bench.soundness.simulated_campaign import Simulated
 from bench.soundness.usability import Usability
 

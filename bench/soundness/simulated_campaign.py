@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bench.soundness.arena import RULES, Arena
+from bench.soundness.arena import RULES, SPEED, SPEED_TOLERANCE, Arena
 from bench.soundness.attack import ARM_JOINTS, Attack
 from bench.soundness.attacks import attacks_on, make_attack
 from bench.soundness.gate_loop import GateLoop
@@ -19,9 +19,6 @@ from fairlead_tools.measure.driven_robot import DrivenRobot, Tick
 EPISODES_MOST = 10_000
 REST_TICKS = 40
 """Held after a stop and at an episode's end, so that where motion ends is seen too."""
-SPEED = "joint speed"
-SPEED_TOLERANCE = 0.01
-"""A servo that is told exactly its joint's limit is measured at it, give or take this share."""
 
 
 @dataclass

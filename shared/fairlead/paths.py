@@ -166,24 +166,21 @@ def gate_config(robot: str, profile: str) -> Path:
 
 
 def gate_binary() -> Path:
-    """The built safety gate; ``FAIRLEAD_GATE_DIR`` names a folder with another build of it.
-
-    Raises:
-        ConfigError: if it has not been built.
-    """
-    return _built("fairlead-safety")
+    """The built safety gate; raises as `built_program` does."""
+    return built_program("fairlead-safety")
 
 
 def decisions_binary() -> Path:
-    """The program beside the gate that reads decision logs.
+    """The program beside the gate that reads decision logs; raises as `built_program` does."""
+    return built_program("fairlead-decisions")
+
+
+def built_program(program: str) -> Path:
+    """A program of the gate's build; ``FAIRLEAD_GATE_DIR`` names a folder with another one.
 
     Raises:
         ConfigError: if it has not been built.
     """
-    return _built("fairlead-decisions")
-
-
-def _built(program: str) -> Path:
     folder = Path(os.environ.get("FAIRLEAD_GATE_DIR") or repo_root() / "build" / "safety")
     path = folder.absolute() / program
     if not path.is_file():

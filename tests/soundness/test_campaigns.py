@@ -98,6 +98,17 @@ def test_a_gate_whose_bounds_are_too_wide_is_noticed(tmp_path: Path) -> None:
 
 
 @pytest.mark.processes
+def test_a_gate_whose_joints_may_be_too_fast_is_noticed(tmp_path: Path) -> None:
+    file = json.loads(gate_config("ur5e", "sim").read_text())
+    for joint in file["joints"]:
+        if joint["velocity_limit"]:
+            joint["velocity_limit"] *= 2.0
+    fast = tmp_path / "gate.sim.json"
+    fast.write_text(json.dumps(file))
+    assert campaign("ur5e", fast).run(120, silent).breaches["joint speed"] > 0
+
+
+@pytest.mark.processes
 def test_a_gate_that_takes_what_still_brakes_for_standing_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -25,6 +25,23 @@ struct Looked {
   double us = 0.0;
 };
 
+/// The parts of each claim: as many claims as the gate grants at once. Who has the switch of a
+/// tool's motion has the tool.
+std::vector<std::vector<std::size_t>> claims_of(const Limits& limits) {
+  const auto is_switch = [](const PartLimits& part) { return part.modes.composite_mode.supported; };
+  const bool switched = std::any_of(limits.parts.begin(), limits.parts.end(), is_switch);
+  std::vector<std::vector<std::size_t>> claims;
+  std::vector<std::size_t> together;
+  for (std::size_t part = 0; part < limits.parts.size(); ++part)
+    if (const PartLimits& robot = limits.parts[part];
+        switched && (is_switch(robot) || moves_tool(robot.modes)))
+      together.push_back(part);
+    else
+      claims.push_back({part});
+  if (!together.empty()) claims.push_back(together);
+  return claims;
+}
+
 /// What an attack costs one robot's gate.
 class Target {
  public:
@@ -50,7 +67,7 @@ class Target {
     return {found.configurations, static_cast<double>(busy_ns() - start) * 1e-3};
   }
 
-  /// A claim for each part: all chunks, a state, once more.
+  /// As many claims as may be: all chunks, a state, once more.
   AttackedSteps step(const Attack& attack) {
     const AttackRows rows = rows_of(attack, model_, rows_);
     BenchGate gate(limits_, false);
@@ -58,19 +75,20 @@ class Target {
     stand(attack, false);
     gate.next_state(state_);
     gate.arm();
-    std::vector<std::uint64_t> claims;
-    for (std::size_t part = 0; part < limits_.parts.size(); ++part)
-      claims.push_back(gate.claim(runners[part], {part}));
-    for (int i = 0; i < 2; ++i) {
+    const std::vector<std::vector<std::size_t>> claims = claims_of(limits_);
+    std::vector<std::uint64_t> ids;
+    for (std::size_t i = 0; i < claims.size(); ++i)
+      ids.push_back(gate.claim(runners[i], claims[i]));
+    for (int round = 0; round < 2; ++round) {
       double tick_us = 0.0;
       const auto note = [&tick_us](StepTime time, double& most_us) {
         tick_us += time.busy_ns * 1e-3;
         most_us = std::max(most_us, time.busy_ns * 1e-3);
       };
-      for (std::size_t part = 0; part < claims.size(); ++part) {
-        FixedVec<ActionPart, max_parts> only;
-        (void)only.push_back(rows.actions[part]);
-        note(gate.send_chunk(runners[part], claims[part], rows_, only), steps.chunk_us);
+      for (std::size_t i = 0; i < claims.size(); ++i) {
+        FixedVec<ActionPart, max_parts> parts;
+        for (const std::size_t part : claims[i]) (void)parts.push_back(rows.actions[part]);
+        note(gate.send_chunk(runners[i], ids[i], rows_, parts), steps.chunk_us);
       }
       stand(attack, true);
       note(gate.next_state(state_), steps.state_us);
@@ -115,14 +133,14 @@ class Climb {
     double best_score = -1.0;
     for (int i = 0; i < climbs; ++i) {
       begin();
-      coast_one_tick(end_of(0.6 * (i + 1) / climbs));
+      climb_until(end_of(0.6 * (i + 1) / climbs));
       if (at_score_ <= best_score) continue;
       best = at_;
       best_score = at_score_;
     }
     at_ = best;
     at_score_ = best_score;
-    coast_one_tick(end_of(1.0));
+    climb_until(end_of(1.0));
   }
   [[nodiscard]] const Attack& best() const { return at_; }
   [[nodiscard]] std::size_t tried() const { return tried_; }
@@ -132,7 +150,7 @@ class Climb {
     at_score_ = -1.0;
     for (int i = 0; i < starts; ++i) try_out(any_attack(limits_, lots_));
   }
-  void coast_one_tick(std::uint64_t end_ns) {
+  void climb_until(std::uint64_t end_ns) {
     while (busy_ns() < end_ns) try_out(varied(at_, limits_, lots_));
   }
   // Twice, or what interrupted it once would count.
