@@ -8,6 +8,11 @@
 
 namespace fairlead::test {
 
+/// Of lengths, angles and speeds of hundredths: to 1 % of them, where Approx alone is off by 0.01.
+inline doctest::Approx about(double value) {
+  return doctest::Approx(value).epsilon(0.01).scale(0.01);
+}
+
 /// What a prediction needs, kept for as long as it lasts.
 struct Predicted {
   Predicted(const Limits& robot, const MeasuredState& measured, const ActionChunk& rows,

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "free_arm.hpp"
 #include "predicted.hpp"
@@ -45,16 +46,33 @@ TEST_CASE(
     // Of the slides, which turn with the column; not of the column, which turns no more.
     const double aside = way * std::sin(0.025), at_end = way * std::sin(0.05);
     const double off = std::max(at_end - aside, aside);
-    CHECK(predicted.all.start_off()[slide_y] == doctest::Approx(off).epsilon(1e-3));
-    CHECK(predicted.all.start_off()[turn_z] == doctest::Approx(0.025).epsilon(1e-3));
-    CHECK(-side * branch.speed[slide_y] == doctest::Approx((aside + off) / 0.05).epsilon(1e-3));
+    CHECK(predicted.all.start_off()[slide_y] == about(off));
+    CHECK(predicted.all.start_off()[turn_z] == about(0.025));
+    CHECK(-side * branch.speed[slide_y] == about((aside + off) / 0.05));
     CHECK(branch.slowing != 0);
     const Interval& interval = predicted.all.interval();
-    CHECK(interval.highest[slide_y] - interval.lowest[slide_y] ==
-          doctest::Approx(2.0 * off).epsilon(1e-3));
+    CHECK(interval.highest[slide_y] - interval.lowest[slide_y] == about(2.0 * off));
     (void)predicted.after_a_row();
     CHECK(predicted.all.start_off()[slide_y] >= 1.9 * off);
   }
+}
+
+TEST_CASE("of the least of a row joints are off by its share of what they are of the most") {
+  const auto width = [](double lower) {
+    Limits limits = free_arm::limits();
+    limits.parts[arm].modes.cartesian_delta.gain = {lower, 1.0};
+    const ChunkBuilder chunk = Turning::ahead(1);
+    Predicted predicted(limits, Turning(1.0).state, chunk.chunk, held);
+    (void)predicted.after_a_row();
+    const Interval& interval = predicted.all.interval();
+    return std::pair(-interval.lowest[slide_y], interval.highest[slide_y]);
+  };
+  // All of it, either way; and of nothing, nothing.
+  const double aside = way * std::sin(0.025), off = aside;
+  CHECK(width(1.0).first == about(aside + off));
+  CHECK(width(0.0).first == about(aside + off));
+  CHECK(width(1.0).second == about(off - aside));
+  CHECK(width(0.0).second == about(off));
 }
 
 TEST_CASE("an arm that stands, or of which every row is known, is where its branches are") {
@@ -68,7 +86,7 @@ TEST_CASE("an arm that stands, or of which every row is known, is where its bran
   Predicted known(free_arm::limits(), arm_turns.state, chunk.chunk);
   const Branch& branch = known.after_a_row();
   CHECK(known.all.start_off()[slide_y] == 0.0);
-  CHECK(branch.speed[slide_y] == doctest::Approx(0.0));
+  CHECK(branch.speed[slide_y] == about(0.0));
 }
 
 TEST_CASE("G026 a joint is as fast as from wherever the tool may start") {
@@ -118,14 +136,14 @@ TEST_CASE("what of its start seven joints keep that reach a pose is no longer th
       const Interval& interval = predicted.all.interval();
       return interval.highest[j] - interval.lowest[j];
     };
-    CHECK(predicted.all.start_off()[slide_x] == doctest::Approx(redundant ? 0.025 : 0.02));
-    CHECK(predicted.all.start_off()[slide_z] == doctest::Approx(redundant ? 0.025 : 0.0));
+    CHECK(predicted.all.start_off()[slide_x] == about(redundant ? 0.025 : 0.02));
+    CHECK(predicted.all.start_off()[slide_z] == about(redundant ? 0.025 : 0.0));
     for (int row = 0; row < 2; ++row) {
       (void)predicted.after_a_row();
-      CHECK(room(slide_x) == doctest::Approx(redundant ? 0.05 : 0.0));
-      CHECK(room(slide_z) == doctest::Approx(redundant ? 0.05 : 0.0));
+      CHECK(room(slide_x) == about(redundant ? 0.05 : 0.0));
+      CHECK(room(slide_z) == about(redundant ? 0.05 : 0.0));
     }
-    CHECK(predicted.all.start_off()[slide_x] == doctest::Approx(redundant ? 0.025 : 0.0));
+    CHECK(predicted.all.start_off()[slide_x] == about(redundant ? 0.025 : 0.0));
   }
 }
 
@@ -141,18 +159,17 @@ TEST_CASE("a joint that counts as standing may go on: it may get to a target fas
     CHECK_FALSE(predicted.all.is_start_off());
     const double first = predicted.after_a_row().speed[slide_x];
     CHECK(predicted.all.branch(0).now[slide_x] == target);
-    CHECK(predicted.after_a_row().speed[slide_x] == doctest::Approx(target / 0.05));
+    CHECK(predicted.after_a_row().speed[slide_x] == about(target / 0.05));
     return first;
   };
   for (const bool velocity_stuck : {true, false})
     for (const double side : {1.0, -1.0}) {
       // Either way, as it may be measured wrongly; but by no more than the row moves it.
-      CHECK(speed(velocity_stuck, creeping, side * 0.05, held) ==
-            doctest::Approx(side * (1.0 + creeping)));
-      CHECK(speed(velocity_stuck, creeping, side * 0.0015, held) == doctest::Approx(side * 0.06));
+      CHECK(speed(velocity_stuck, creeping, side * 0.05, held) == about(side * (1.0 + creeping)));
+      CHECK(speed(velocity_stuck, creeping, side * 0.0015, held) == about(side * 0.06));
       CHECK(speed(velocity_stuck, side * creeping, 0.0, held) == 0.0);
       // In lockstep it is where it is measured.
-      CHECK(speed(velocity_stuck, creeping, side * 0.05, {}) == doctest::Approx(side));
+      CHECK(speed(velocity_stuck, creeping, side * 0.05, {}) == about(side));
     }
 }
 
