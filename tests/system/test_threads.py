@@ -54,7 +54,13 @@ ENTRY_POINTS: dict[str, tuple[str, ...]] = {
     "motion.jsonl": (),
     "trace.jsonl": (),
 }
-"""Methods that each thread calls, and no other thread: docs/design.md says what each is for."""
+"""Methods that each thread calls, and no other thread.
+
+``main`` is the event loop (queries, claims, heartbeats, goals, policies) and never blocks.
+Decisions within a tick do not wait for it: ``receive`` gets each message, decides and sends;
+``tick`` calls the HAL's backend. ``frames`` reads pictures from shared memory, ``cameras`` sends
+them in realtime; ``log``, ``motion.jsonl`` and ``trace.jsonl`` write.
+"""
 
 
 @pytest.mark.parametrize(
