@@ -3,7 +3,7 @@
     python -m bench.gate_size          the numbers
     python -m bench.gate_size --list   each file
 
-Counted are the files of the core that docs/reading-the-gate.md names, all that these include, and
+Counted are the files of the core that services/safety/README.md names, all that these include, and
 the sources of all headers among them; without configuration checks, claim admission and monitors.
 """
 
@@ -16,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 SAFETY = ROOT / "services/safety"
-PAGE = ROOT / "docs/reading-the-gate.md"
+PAGE = ROOT / "services/safety/README.md"
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
 LEFT_OUT = ("core/limits/validat", "core/gate/admission", "core/gate/limit_overrides")
 MONITORS = "core/monitor/"
@@ -76,7 +76,7 @@ def lines(names: set[str]) -> int:
 
 
 def named_on_the_page() -> list[str]:
-    """Files that docs/reading-the-gate.md names."""
+    """Files that services/safety/README.md names."""
     return re.findall(r"^ *- `([\w/]+\.cpp)`", PAGE.read_text(), re.M)
 
 

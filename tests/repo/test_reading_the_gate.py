@@ -1,4 +1,4 @@
-"""docs/reading-the-gate.md walks the code: each function is called where the page says."""
+"""services/safety/README.md walks the code: each function is called where the page says."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from bench.gate_size import closure, lines, named_on_the_page
 from tests.repo.tree import ROOT
 
-PAGE = (ROOT / "docs/reading-the-gate.md").read_text()
+PAGE = (ROOT / "services/safety/README.md").read_text()
 SOURCES = ROOT / "services/safety/src"
 STEP = re.compile(r"^( *)- (?:`([\w/]+\.cpp)` )?`([\w:]+)`", re.M)
 

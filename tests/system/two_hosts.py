@@ -19,6 +19,7 @@ from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
 from bench.equipment.motion_log import MotionLog
 from fairlead.paths import ACCESS_VARIABLE, STATE_VARIABLE, repo_root
+from fairlead_tools.cli.service import router_command
 from fairlead_tools.supervisor.this_host import free_ports
 from tests.system.two_networks import HOSTS, TwoNetworks
 
@@ -109,11 +110,12 @@ class TwoHosts:
             )
 
     def _start_zenohd(self, program: Path) -> None:
-        """With the line of the guide, and what ``fairlead router --print-config`` prints."""
+        """As ``fairlead router --help`` says, with what ``--print-config`` prints."""
         config = self._folder / "router.json"
         printed = self.tell("robot", "router", str(self._file("robot")), "--print-config")
         config.write_text(printed, encoding="utf-8")
-        [runtime] = re.findall(r"`ZENOH_RUNTIME=\"(.*?)\"`", GUIDE.replace("\n  ", " "))
+        said = " ".join((router_command.__doc__ or "").split())
+        [runtime] = re.findall(r'ZENOH_RUNTIME="(.*?)"', said)
         with (self._folder / "zenohd.log").open("wb") as log:
             self._ups["zenohd"] = subprocess.Popen(
                 [*self.network.on("robot"), program, "--config", config],
