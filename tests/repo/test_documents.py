@@ -19,6 +19,7 @@ from fairlead_hal_so101.options import So101Options
 from tests.repo.tree import ROOT
 
 DESIGN = (ROOT / "docs" / "design.md").read_text()
+READING_THE_GATE = ROOT / "services" / "safety" / "README.md"
 KEYS = (ROOT / "tests" / "access" / "keys.md").read_text()
 SAFETY = (ROOT / "docs" / "safety-checks.md").read_text()
 GOLDEN_KEYS = json.loads((ROOT / "tests" / "golden" / "keys.json").read_text())
@@ -85,7 +86,7 @@ def headings(page: Path) -> set[str]:
 
 def test_every_link_between_the_documents_leads_somewhere() -> None:
     broken = []
-    for page in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]:
+    for page in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), READING_THE_GATE]:
         for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
             if "://" in target:
                 continue
