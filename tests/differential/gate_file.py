@@ -10,7 +10,7 @@ from typing import Any
 
 from bench.equipment.kinematics import Kinematics
 
-# docs/wire-format.md, "Control modes".
+# shared/fairlead/modes.py.
 MODES = (
     "joint_position",
     "joint_velocity",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import subprocess
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -23,18 +22,11 @@ from tests.cli.command import fairlead
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 
 EXAMPLE = repo_root() / "docs" / "examples" / "minimal_hal.py"
-DOCUMENT = repo_root() / "docs" / "hal.md"
 END_S = 20.0
 
 
 def test_the_example_is_under_80_lines() -> None:
     assert len(EXAMPLE.read_text(encoding="utf-8").splitlines()) < 80
-
-
-def test_the_lines_that_swap_the_hal_are_those_of_the_deployment_file() -> None:
-    lines = re.findall(r"^  hal: \{.*$", DOCUMENT.read_text(encoding="utf-8"), re.M)
-    assert len(lines) == 2
-    assert all(line.strip() in SOURCE.read_text(encoding="utf-8") for line in lines)
 
 
 @contextmanager

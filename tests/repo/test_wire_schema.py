@@ -1,21 +1,18 @@
-"""The schema of the wire, `fairlead.messages`, explains itself; docs/wire-format.md its modes."""
+"""The schema of the wire, `fairlead.messages`, explains itself."""
 
 from __future__ import annotations
 
 import inspect
 import re
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from fairlead import messages
 from fairlead.keys import Keys
 from fairlead.messages import MESSAGE_TYPES, RECORD_TYPES, Message, Record
-from fairlead.modes import ControlMode
 from fairlead.wire.topics import short_key, topics
 
-TEXT = (Path(__file__).parents[2] / "docs" / "wire-format.md").read_text()
 COMMON = dict(re.findall(r"^    ([a-z_]+) {2,}(\w+) {2,}\S", messages.__doc__ or "", re.M))
 RECORDS = "|".join(kind.__name__ for kind in RECORD_TYPES)
 SPEAKING = re.compile(rf"Literal\[|bool$|(?:tuple\[)?(?:{RECORDS})\b|V1")
@@ -58,18 +55,3 @@ def test_type_ids_are_unique_and_ascend() -> None:
     ids = [tag for kind in MESSAGE_TYPES if isinstance(tag := kind.__struct_config__.tag, int)]
     assert len(ids) == len(MESSAGE_TYPES)
     assert ids == sorted(set(ids))
-
-
-def test_every_control_mode_is_listed() -> None:
-    for one in ControlMode:
-        assert re.search(rf"^- {one.value} {one.yaml_name}[,:] ", TEXT, re.M)
-
-
-def test_the_widths_of_the_control_modes_are_those_of_the_code() -> None:
-    listed = dict(re.findall(r"^- \d+ (\w+)(?:, (joints|\d+))?: ", TEXT, re.M))
-    for mode in ControlMode:
-        if mode in (ControlMode.JOINT_TRAJECTORY, ControlMode.FOOT_PLACEMENT):
-            assert listed[mode.yaml_name] == ""
-        else:
-            wanted = "joints" if mode.is_joint_mode else str(mode.width(11))
-            assert listed[mode.yaml_name] == wanted
