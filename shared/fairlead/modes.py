@@ -17,17 +17,19 @@ class ControlMode(IntEnum):
 
     JOINT_POSITION = 0  # rad or m
     JOINT_VELOCITY = 1  # rad/s or m/s
-    JOINT_TORQUE = 2  # N m or N; no checker: nothing bounds where it leads
+    JOINT_TORQUE = 2  # N m or N; no checker: nothing bounds where it leads; refused by name
     JOINT_TRAJECTORY = 3  # no checker yet: refused by name
-    CARTESIAN_POSE = 4  # xyz [m], quaternion xyzw, of the end effector in frame_id
-    CARTESIAN_DELTA = 5  # xyz [m], rotation vector [rad], along frame_id's axes
-    CARTESIAN_TWIST = 6  # xyz [m/s], rotation vector [rad/s], along frame_id's axes
-    BODY_TWIST = 7  # xyz [m/s], xyz [rad/s], in base_link
+    CARTESIAN_POSE = 4  # 7: xyz [m], quaternion xyzw, of the end effector in frame_id
+    # 6: xyz [m], rotation vector r [rad] in one period, along frame_id's axes; R' = exp(r) R
+    CARTESIAN_DELTA = 5
+    # 6: xyz [m/s], rotation vector [rad/s], along frame_id's axes, beside what other parts do to it
+    CARTESIAN_TWIST = 6
+    BODY_TWIST = 7  # 6: xyz [m/s], xyz [rad/s], in base_link; 0 along axes the base cannot do
     FOOT_PLACEMENT = 8  # no checker yet: refused by name
-    GRIPPER_BINARY = 9  # 0 open, 1 closed
+    GRIPPER_BINARY = 9  # 1, as the next one: 0 open, 1 closed, nothing between
     GRIPPER_POSITION = 10  # total opening [m], or the angle of a joint that turns [rad]
     DEX_HAND_JOINT = 11  # rad or m
-    COMPOSITE_MODE = 12  # [-1, 1], a simulator controller's own switch
+    COMPOSITE_MODE = 12  # 1: from -1 to 1, a simulator controller's own switch
 
     @property
     def yaml_name(self) -> str:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 import yaml
 
 from fairlead.layout import load_layout
+from fairlead.operate.chain import read_chain
 from fairlead.robot.manifest import load_robot
 from fairlead.skill.admission import admission_problems
 from fairlead.skill.manifest import SkillManifest, read_skill
@@ -42,18 +41,14 @@ def test_bindings_for_libero_are_the_layouts_example() -> None:
     assert contract.bindings == load_layout("libero_eef8d").example
 
 
-def test_the_hal_that_extending_shows_is_a_slice_of_the_example() -> None:
-    [shown] = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "extending.md").read_text(), re.S)
-    assert shown.strip() in (ROOT / "docs/examples/acme_arm/acme_arm/hal.py").read_text()
-
-
-def test_the_manifest_that_robots_and_skills_shows_has_every_key_and_is_admitted(
-    tmp_path: Path,
-) -> None:
-    page = (ROOT / "docs" / "robots-and-skills.md").read_text()
-    [shown] = re.findall(r"```yaml\n(.*?)```", page, re.S)
-    (tmp_path / "my-pick").mkdir()
-    (tmp_path / "my-pick" / "rskill.yaml").write_text(shown)
-    skill = read_skill(tmp_path / "my-pick")
-    assert set(yaml.safe_load(shown)) == set(SkillManifest.model_fields)
+def test_the_example_of_a_manifest_has_every_key_and_is_admitted() -> None:
+    folder = ROOT / "docs" / "examples" / "my-pick"
+    skill = read_skill(folder)
+    shown = yaml.safe_load((folder / "rskill.yaml").read_text())
+    assert set(shown) == set(SkillManifest.model_fields)
     assert admission_problems(skill, load_robot("panda_mobile")) == []
+
+
+def test_the_example_of_a_chain_is_one() -> None:
+    chain = read_chain(ROOT / "docs" / "examples" / "pick-and-place.yaml")
+    assert [goal.name for goal in chain.goals] == ["pick", "drive", "place"]

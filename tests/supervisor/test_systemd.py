@@ -122,6 +122,10 @@ def test_a_user_that_this_machine_has_not_is_to_be_made(
     done = fairlead(*words, "--user", user, state=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (f"\nmake the user: useradd --system {user}\n" in done.stdout) == is_missing
+    home = "/var/lib/fairlead-panda_mobile"
+    assert done.stdout.endswith(f"\ncommands there: sudo -u {user} HOME={home} fairlead status\n")
+    unit = (tmp_path / "units" / "fairlead-panda_mobile@hal.service").read_text(encoding="utf-8")
+    assert "\nEnvironment=HOME=%S/fairlead-panda_mobile\n" in unit  # %S: /var/lib
 
 
 @pytest.mark.parametrize("service", ["safety", "state_assembler"])

@@ -12,6 +12,9 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 class MujocoOptions(BaseModel):
     """What to simulate.
 
+    An episode starts at `home` of robot.yaml, else at key ``home``; success is to rest at key
+    ``goal``.
+
     model: MJCF file, relative to the robot's folder; None: ``<robot>.xml`` there.
     seed: of the first episode.
     start_spread_rad: an episode starts this far around key ``home`` at most (turning joints).

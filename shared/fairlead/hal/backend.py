@@ -104,7 +104,11 @@ class Backend(Protocol):
         """What was found on the robot: joints, parts, command ranges, cameras. Called once."""
 
     def read(self) -> Measurement:
-        """Measure every joint, commanded ones in wire order, then passive ones."""
+        """Measure every joint, commanded ones in wire order, then passive ones.
+
+        With the URDF's signs and zeros; positions of a ``continuous`` joint count its turns. To
+        raise if a joint was not measured: that is a fault.
+        """
 
     def transforms(self) -> Sequence[FramePose]:
         """Measured transforms only this HAL can know (``odom -> base_link``, objects)."""

@@ -1,7 +1,8 @@
 """What one part may be told, mode by mode: the blocks under ``safety.<profile>.parts``.
 
 Units are in the field names; *joint units* means rad for turning joints and m for sliding
-ones. Every block names the source of its numbers.
+ones. Every block names the source of its numbers. For step limits and norms choose the largest
+step that the controller follows without a jerk.
 """
 
 from __future__ import annotations

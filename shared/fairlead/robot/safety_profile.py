@@ -43,7 +43,10 @@ class MeasuredLimits(SafetyBlock):
 
 
 class TighterJoint(SafetyBlock):
-    """Limits of a commanded joint that are tighter in this profile than its own (joint units)."""
+    """Limits of a commanded joint that are tighter in this profile than its own (joint units).
+
+    acceleration_per_s2: braking is predicted from it; if unsure, less.
+    """
 
     velocity_per_s: Positive | None = None
     acceleration_per_s2: Positive | None = None
@@ -55,6 +58,7 @@ class Protocol(SafetyBlock):
     """Windows and rates of the protocol that are the same for every claim.
 
     Ranges are the gate's; leases have to come well within the HAL's 75 ms.
+    step_deadline_us: ten times a gate step on your machine; of the others, the shipped values.
     """
 
     horizon_max: Annotated[int, Field(ge=1, le=64)]
@@ -85,7 +89,8 @@ class PartSafety(ModeLimits):
     """What one part may be told, and when its mode may change.
 
     singularity_limit: smallest singular value of the tool's Jacobian that cartesian modes may
-        go down to, and begin at half of; exactly the parts with such a mode have one.
+        go down to, and begin at half of; exactly the parts with such a mode have one. Choose half
+        of the smallest in good work.
     transitions: pairs of modes, from and to, that may follow each other at standstill; ``any``
         stands for all pairs of the part's modes.
     """

@@ -25,7 +25,10 @@ MAX_CORNERS = 8
 
 
 class SelfCollision(SafetyBlock):
-    """clearance_m: the least distance between two capsules that are kept apart."""
+    """clearance_m: the least distance between two capsules that are kept apart.
+
+    Choose more than the errors of encoders and capsules.
+    """
 
     clearance_m: Annotated[Positive, Field(le=1.0)]
     source: str

@@ -34,7 +34,9 @@ class PictureStep(BaseModel):
         rotate_deg: clockwise.
         flip: horizontal: left becomes right; vertical: top becomes bottom.
         crop: what is kept.
-        resize: to width and height, each side by itself.
+        resize: to width and height, each side by itself. Smaller pictures get other pixels than by
+            the bilinear filters of OpenCV and PyTorch: a policy that was trained with those needs
+            a camera of the final size.
         resize_with_pad: as large as fits into width and height, in the middle of black.
     """
 

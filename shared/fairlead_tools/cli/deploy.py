@@ -125,6 +125,9 @@ def units_command(
         echo(f"make the user: useradd --system {user}")
     echo(f"copy them to /etc/systemd/system, then: systemctl enable --now {' '.join(units)}")
     echo(f"to stop all: systemctl stop {first}")
+    home = f"/var/lib/{Path(first).stem.replace(':', '+')}"
+    echo(f"certificates, skills, robots: below {home}/.local, the home of all these services")
+    echo(f"commands there: sudo -u {user} HOME={home} fairlead status")
 
 
 @example("fairlead deploy containers ./panda_mobile_two_hosts.yaml --host robot --out containers")

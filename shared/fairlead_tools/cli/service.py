@@ -110,7 +110,11 @@ def router_command(
 ) -> None:
     """Run the router of one robot or several in the foreground, on its host.
 
-    `up` there starts that of its one robot.
+    `up` there starts that of its one robot, but with `--without router`. Zenoh's own `zenohd` can
+    run in its place, with the configuration that --print-config prints and ZENOH_RUNTIME="(acc:
+    (worker_threads: 16), rx: (worker_threads: 8))". It may crash, as may a service with a
+    ZENOH_RUNTIME of your own: Zenoh 1.10 uses a TLS link from two threads without a lock (its
+    issue 2557).
     """
     loaded = [load_deployment(file) for file in deployments]
     endpoints = router_endpoints(loaded)

@@ -41,7 +41,8 @@ POSITIONS = Check(
     "read() returns rad and m; a gripper its total opening",
 )  # fmt: skip
 TURNS = Check(
-    "turns", "a continuous joint's position goes on beyond half a turn", "docs/hal.md: values",
+    "turns", "a continuous joint's position goes on beyond half a turn",
+    "shared/fairlead/hal/backend.py: read",
     "read() counts turns: add one wherever the driver's position jumps by one",
 )  # fmt: skip
 RATE = Check(

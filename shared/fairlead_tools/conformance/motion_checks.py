@@ -50,7 +50,8 @@ LAG = Check(
 )  # fmt: skip
 VELOCITY = Check(
     "SI velocities", f"as positions change, within {VELOCITY_FACTOR:g} times",
-    "docs/wire-format.md; factor: own choice", "read() returns velocities in rad/s and m/s",
+    "shared/fairlead/hal/backend.py: Measurement; factor: own choice",
+    "read() returns velocities in rad/s and m/s",
 )  # fmt: skip
 
 

@@ -25,6 +25,7 @@ _HEAD = """\
 # Written by `fairlead deploy containers`. The image is made by compose/Containerfile.
 #   podman: USER_ID=$(id -u) USERNS=keep-id podman-compose up --detach
 #   docker: USER_ID=$(id -u) docker compose up --detach
+# Certificates, skills and robots go below state/.local beside this file.
 # A HAL that needs a serial port, a runner that needs a GPU: give it `devices:`.
 """
 

@@ -223,8 +223,7 @@ class _Runs:
         raise ConfigError(
             f"dataset record: skill {self._skill.id}: expected rows that are the simulator's own "
             f"vector of {len(backend.pack({}))} numbers, in its order and scale, for every part; "
-            f"got others{f': the HAL does not offer {problem}' if problem else ''}; see "
-            "docs/learned-policies.md"
+            f"got others{f': the HAL does not offer {problem}' if problem else ''}"
         )
 
     def _see(self, tick: int) -> tuple[Observation, Actions | None]:

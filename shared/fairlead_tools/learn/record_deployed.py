@@ -210,7 +210,7 @@ class _Rows:
             raise ConfigError(
                 f"dataset record: skill {self._skill.id}: expected rows that are the simulator's "
                 f"own vector of {acted.shape[1]} numbers, in its order and scale, for every part; "
-                "got others; see docs/learned-policies.md"
+                "got others"
             )
         pictures = {
             name: pixels_of(spec, np.array([one.images[name] for one in seen]))
