@@ -112,13 +112,13 @@ class CannotBegin(Misbehaving):
 def test_a_policy_that_fails_only_in_one_process_is_one_error(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(local_episode, "make_policy", Raises)
+    monkeypatch.setattr(local_episode, "make_policy", lambda who, skill: Raises(skill))
     with (
         closing(LocalEpisode(DEPLOYMENT, EXPERT, 5, RESET)) as local,
         pytest.raises(PolicyError, match=r"^parity: skill .*: infer failed in tick 2: ValueE"),
     ):
         local.act()
-    monkeypatch.setattr(recording, "make_policy", CannotBegin)
+    monkeypatch.setattr(recording, "make_policy", lambda who, skill: CannotBegin(skill))
     with pytest.raises(PolicyError, match="^dataset record: seed 5: reset failed: ValueError: no"):
         next(record(DEPLOYMENT, EXPERT, [5], 0.0, 16, lambda seed, tick: None))
 

@@ -86,6 +86,7 @@ async def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]
     ("name", "text"),
     [
         ("Raises", "policy worker: inference failed: ValueError: no such token"),
+        ("RaisesUnheard", "policy worker: inference failed: ValueError: no such token"),
         ("TooNarrow", ROWS + "got float32 [8, 11]"),
         ("TooLong", ROWS + "got float32 [16, 12]"),
         ("Flat", ROWS + "got float32 [12]"),
