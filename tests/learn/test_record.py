@@ -20,6 +20,7 @@ from fairlead_tools.parity.local_episode import LocalEpisode, asked
 from tests.learn.drawn import EXPERT
 from tests.runner.broken_policies import (
     Doubles,
+    Exits,
     Misbehaving,
     NotANumber,
     Raises,
@@ -88,7 +89,7 @@ def test_what_a_policy_returns_is_checked_as_in_a_deployment_and_kept() -> None:
         (TooLong, r"expected actions as floats \[1 to 8, 12\], got float32 \[16, 12\]"),
         (WholeNumbers, "got int64"),
         (Raises, "skill oracle-counter-to-cabinet: infer failed in tick 3: ValueError: no such"),
-        (Exits, "infer failed in tick 3: SystemExit: 0"),
+        (Exits, "infer failed in tick 3: SystemExit: no token"),
     ):
         with pytest.raises(PolicyError, match=text):
             asked("test", kind(EXPERT), EXPERT, SEEN)
@@ -97,11 +98,6 @@ def test_what_a_policy_returns_is_checked_as_in_a_deployment_and_kept() -> None:
 class Finishes(Misbehaving):
     def infer(self, observation: Observation) -> Done:  # type: ignore[override]
         return Done("it is there")
-
-
-class Exits(Misbehaving):
-    def infer(self, observation: Observation) -> np.ndarray:
-        raise SystemExit(0)
 
 
 class CannotBegin(Misbehaving):

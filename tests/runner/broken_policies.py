@@ -100,6 +100,11 @@ class RaisesUnheard(Raises):
         return super().infer(observation)
 
 
+class Exits(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        sys.exit("no token")
+
+
 class TooNarrow(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
         return self.rows[:, :11]
@@ -276,10 +281,8 @@ class StartsAnotherAndNeverLoads(StartsAnother):
         threading.Event().wait()
 
 
-class StartsASessionAndNeverLoads(StartsASession):
-    def __init__(self, skill: SkillManifest) -> None:
-        super().__init__(skill)
-        threading.Event().wait()
+class StartsASessionAndNeverLoads(StartsAnotherAndNeverLoads, StartsASession):
+    """In this order: it starts one, then waits."""
 
 
 class SaysDone(Misbehaving):

@@ -56,7 +56,7 @@ def main() -> int:
                 message = encode(Answer())
             else:
                 message = encode(_answer(loaded, request))
-        except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
+        except BaseException as error:  # noqa: BLE001 - whatever a policy raises is its answer
             if not isinstance(error, FairleadError) or error.__cause__ is not None:  # its own file
                 with suppress(OSError, ValueError):  # a policy may have closed standard error
                     traceback.print_exc()
