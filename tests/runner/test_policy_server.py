@@ -26,7 +26,7 @@ from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policy_server import PolicyServer, served_policy
 from fairlead_tools.skills.skeleton import skill_skeleton
 from tests.cli.command import fairlead_here
-from tests.runner.broken_policies import Lists, Misbehaving, Raises, Spells, Wordless
+from tests.runner.broken_policies import Exits, Lists, Misbehaving, Raises, Spells, Wordless
 from tests.runner.served_skill import served
 
 pytestmark = pytest.mark.processes
@@ -234,6 +234,7 @@ async def test_rows_as_lists_are_served_as_the_runner_takes_them() -> None:
     [
         (Raises, "ValueError: no such token"),
         (Spells, "ValueError: no \\udc80"),
+        (Exits, "SystemExit: no token"),
         (Wordless, "FaultError: its text cannot be had: ValueError"),
     ],
 )

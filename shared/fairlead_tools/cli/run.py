@@ -159,6 +159,8 @@ def _chain_of(
     """
     if not what:
         raise ConfigError(expected("run", "a skill or a chain's file", repr(what)))
+    if Path(what).name == "rskill.yaml":
+        raise ConfigError(expected("run", "the skill's folder, without rskill.yaml", repr(what)))
     first = ChainGoal(
         name="1",
         skill=what,
