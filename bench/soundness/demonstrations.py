@@ -34,7 +34,7 @@ class Demonstration:
     def __init__(self, driven: DrivenRobot, seed: int) -> None:
         names = SKILLS[driven.robot.id]
         self._skill = load_skill(names[seed % len(names)])
-        self._driven, self._policy = driven, make_policy(self._skill)
+        self._driven, self._policy = driven, make_policy("demonstration", self._skill)
         self._routes = resolve_routes(self._skill.action_contract, driven.robot)
         self._assembler = LocalAssembler(driven.robot)
         self._is_done = False

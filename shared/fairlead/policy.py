@@ -101,7 +101,7 @@ class PastAnswer:
 
 @dataclass(frozen=True)
 class Observation:
-    """What a policy sees.
+    """What a policy sees; its arrays are read-only.
 
     tick: the joint state's tick (control periods).
     state: the layout vector, float64, shape ``[state_contract.dim]``, SI.

@@ -53,9 +53,10 @@ def test_where_others_could_put_another_folder_in_their_place_nothing_is_believe
         pytest.skip("only root can give folders away")
     else:
         os.chown(tmp_path / "access", user, -1)
-    said = (
-        f"^access: {tmp_path / 'access'}: others can write there; make it uid {os.getuid()}'s own"
-    )
+    who, mend = f"uid {user}", f"run this as uid {user}"
+    if user == os.getuid():
+        who, mend = "others", "chmod go-w"
+    said = f"^access: {tmp_path / 'access'}: {who} can write there; {mend}, or FAIRLEAD_ACCESS"
     with pytest.raises(ConfigError, match=said):
         find_secrets(one.keys, ["operator"])
     for asked in (lambda: two.endpoints("hal"), lambda: Authority(two)):

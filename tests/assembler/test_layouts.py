@@ -262,13 +262,23 @@ def test_assembler_of_the_wrong_width_is_refused(monkeypatch: pytest.MonkeyPatch
     assert (error.value.kind, error.value.name) == ("wrong_width", "human300_16d")
 
 
-def test_assembler_that_raises_is_an_error_of_its_layout(monkeypatch: pytest.MonkeyPatch) -> None:
-    broken(monkeypatch, lambda at: 1 / 0)
+@pytest.mark.parametrize(
+    ("assemble", "said"),
+    [
+        (lambda at: 1 / 0, "ZeroDivisionError: division by zero"),
+        (
+            lambda at: getattr(at, "no \udc80"),
+            "AttributeError: 'BoundInputs' object has no attribute 'no \\udc80'",
+        ),
+    ],
+)
+def test_assembler_that_raises_is_an_error_of_its_layout(
+    assemble: Callable[[LayoutInputs], object], said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken(monkeypatch, assemble)
     with pytest.raises(LayoutError) as error:
         assemble_state("human300_16d", BINDINGS, JOINTS, FixedTransforms(POSES))
-    assert str(error.value) == (
-        "layout human300_16d: its function failed: ZeroDivisionError: division by zero"
-    )
+    assert str(error.value) == f"layout human300_16d: its function failed: {said}"
     assert (error.value.kind, error.value.name) == ("failed", "human300_16d")
 
 

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -133,6 +134,20 @@ def test_a_service_whose_supervisor_is_paused_is_not_restarted(
             f"again; let it go on: kill -CONT {supervisor.pid}\n"
         )
     assert bystander.poll() is None
+
+
+def test_a_supervisor_that_is_paused_once_its_service_was_ended_is_named(
+    tmp_path: Path, bystander: subprocess.Popen[bytes]
+) -> None:
+    registry = Registry(tmp_path / "state")
+    with running("-c", SUPERVISOR) as supervisor, ThreadPoolExecutor(1) as person:
+        listed = service(started(bystander))
+        registry.write(Running("r", str(FILE), str(tmp_path), started(supervisor), listed))
+        asked = person.submit(fairlead, "restart", "hal", state=registry.root)
+        assert bystander.wait(timeout=60.0) != 0
+        supervisor.send_signal(signal.SIGSTOP)
+        said = asked.result(timeout=60.0).stderr
+    assert said.startswith(f"ERROR hal: `fairlead up` (pid {supervisor.pid}) is paused")
 
 
 def test_what_an_earlier_gate_left_is_told_as_its(

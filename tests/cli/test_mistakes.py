@@ -239,3 +239,8 @@ def test_in_a_folder_that_is_gone_commands_work_all_the_same(
     done = fairlead(*command.split(), state=tmp_path / "state")
     said = done.stdout + done.stderr
     assert "no deployment runs on this machine" in said or said.startswith("so101"), said
+
+
+def test_a_skill_s_own_file_is_no_chain(tmp_path: Path) -> None:
+    done = fairlead("run", "./my-wave/rskill.yaml", state=tmp_path)
+    check(done, 1, "ERROR run: expected the skill's folder, without rskill.yaml, got './my-wave/r")

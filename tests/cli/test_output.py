@@ -6,6 +6,7 @@ import io
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -42,6 +43,22 @@ def test_a_full_disk_is_one_line_and_exit_code_1(command: str, tmp_path: Path) -
         )
     said = f"ERROR fairlead {command.split()[0]}: No space left on device\n"
     assert (done.returncode, done.stderr) == (1, said)
+
+
+@pytest.mark.parametrize("options", ["", " --json"])
+@pytest.mark.processes
+def test_a_system_that_starts_no_more_threads_is_one_line(options: str, tmp_path: Path) -> None:
+    narrow = f"ulimit -s {1 << 26}; ulimit -v {1 << 25}; exec "  # a stack does not fit into memory
+    command = shlex.join(fairlead_command("topic", "echo", "state/joints", "-d", "panda_mujoco"))
+    done = subprocess.run(
+        ["/bin/sh", "-c", narrow + command + options], env=fairlead_environment(tmp_path),
+        capture_output=True, text=True, timeout=60.0, check=False,
+    )  # fmt: skip
+    said = "fairlead topic: the system starts no more threads; its limits: ulimit -a"
+    assert done.returncode == 1
+    assert done.stderr == ("" if options else f"ERROR {said}\n")
+    if options:
+        assert json.loads(done.stdout)["error"]["message"] == said
 
 
 def test_an_error_that_finds_no_room_as_a_document_is_said_as_a_line(

@@ -51,7 +51,7 @@ def test_a_log_that_is_cut_or_changed_is_read_up_to_there(scene: Scene, tmp_path
 def test_what_is_no_log_is_refused(tmp_path: Path) -> None:
     other = tmp_path / "other"
     other.write_text("id: x\n", encoding="utf-8")
-    with pytest.raises(ConfigError, match="expected its first line to be fairlead-decisions-2"):
+    with pytest.raises(ConfigError, match="line to be fairlead-decisions-2, got 'id: x'$"):
         read_run(other)
     with pytest.raises(NoAnswerError, match="no decision log in "):
         newest_log(tmp_path)

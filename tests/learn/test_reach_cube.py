@@ -186,7 +186,7 @@ class _Blind:
 @pytest.mark.timeout(300)
 def test_with_its_eye_shut_it_does_not_get_there(monkeypatch: pytest.MonkeyPatch) -> None:
     made = local_episode.make_policy
-    monkeypatch.setattr(local_episode, "make_policy", lambda skill: _Blind(made(skill)))
+    monkeypatch.setattr(local_episode, "make_policy", lambda who, skill: _Blind(made(who, skill)))
     with closing(LocalEpisode(DEPLOYMENT, CLONE, SEED, RESET)) as local:
         while len(local.trace.packed) < 120 and not local.succeeded:
             local.act()

@@ -20,6 +20,7 @@ from fairlead_tools.parity.local_episode import LocalEpisode, asked
 from tests.learn.drawn import EXPERT
 from tests.runner.broken_policies import (
     Doubles,
+    Exits,
     Misbehaving,
     NotANumber,
     Raises,
@@ -88,7 +89,7 @@ def test_what_a_policy_returns_is_checked_as_in_a_deployment_and_kept() -> None:
         (TooLong, r"expected actions as floats \[1 to 8, 12\], got float32 \[16, 12\]"),
         (WholeNumbers, "got int64"),
         (Raises, "skill oracle-counter-to-cabinet: infer failed in tick 3: ValueError: no such"),
-        (Exits, "infer failed in tick 3: SystemExit: 0"),
+        (Exits, "infer failed in tick 3: SystemExit: no token"),
     ):
         with pytest.raises(PolicyError, match=text):
             asked("test", kind(EXPERT), EXPERT, SEEN)
@@ -99,11 +100,6 @@ class Finishes(Misbehaving):
         return Done("it is there")
 
 
-class Exits(Misbehaving):
-    def infer(self, observation: Observation) -> np.ndarray:
-        raise SystemExit(0)
-
-
 class CannotBegin(Misbehaving):
     def reset(self) -> None:
         raise ValueError("no such token")
@@ -112,13 +108,13 @@ class CannotBegin(Misbehaving):
 def test_a_policy_that_fails_only_in_one_process_is_one_error(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(local_episode, "make_policy", Raises)
+    monkeypatch.setattr(local_episode, "make_policy", lambda who, skill: Raises(skill))
     with (
         closing(LocalEpisode(DEPLOYMENT, EXPERT, 5, RESET)) as local,
         pytest.raises(PolicyError, match=r"^parity: skill .*: infer failed in tick 2: ValueE"),
     ):
         local.act()
-    monkeypatch.setattr(recording, "make_policy", CannotBegin)
+    monkeypatch.setattr(recording, "make_policy", lambda who, skill: CannotBegin(skill))
     with pytest.raises(PolicyError, match="^dataset record: seed 5: reset failed: ValueError: no"):
         next(record(DEPLOYMENT, EXPERT, [5], 0.0, 16, lambda seed, tick: None))
 

@@ -27,7 +27,7 @@ def test_its_files_are_those_of_its_recipe_and_load(name: str) -> None:
     options = clone.policy.options
     stated = [options["model"], options["statistics"]]
     assert {one["file"]: one["sha256"] for one in stated if isinstance(one, dict)} == told["sha256"]
-    make_policy(clone)  # reads and compares them, and runs the network once
+    make_policy("test", clone)  # reads and compares them, and runs the network once
     assert sum(path.stat().st_size for path in folder.iterdir()) < MOST_BYTES
     assert admission_problems(clone, load_robot(clone.embodiments[0])) == []
 

@@ -45,13 +45,8 @@ class Echo(Misbehaving):
 
     def infer(self, observation: Observation) -> np.ndarray:
         pixel = observation.images["eye"][1, 0, 2] if observation.images else -1
-        self.rows[0, :5] = [
-            observation.tick,
-            observation.state[1],
-            len(observation.prompt),
-            pixel,
-            self.resets,
-        ]
+        seen = [observation.tick, observation.state[1], len(observation.prompt)]
+        self.rows[0, :5] = [*seen, pixel, self.resets]
         if observation.judged is not None:
             base = observation.executed["base"].answer_tick
             self.rows[0, 5:7] = [base, observation.judged.last_tick]
@@ -97,6 +92,17 @@ class Lists(Misbehaving):
 class Raises(Misbehaving):
     def infer(self, observation: Observation) -> np.ndarray:
         raise ValueError("no such token")
+
+
+class RaisesUnheard(Raises):
+    def infer(self, observation: Observation) -> np.ndarray:
+        sys.stderr.close()
+        return super().infer(observation)
+
+
+class Exits(Misbehaving):
+    def infer(self, observation: Observation) -> np.ndarray:
+        sys.exit("no token")
 
 
 class TooNarrow(Misbehaving):
@@ -275,10 +281,8 @@ class StartsAnotherAndNeverLoads(StartsAnother):
         threading.Event().wait()
 
 
-class StartsASessionAndNeverLoads(StartsASession):
-    def __init__(self, skill: SkillManifest) -> None:
-        super().__init__(skill)
-        threading.Event().wait()
+class StartsASessionAndNeverLoads(StartsAnotherAndNeverLoads, StartsASession):
+    """In this order: it starts one, then waits."""
 
 
 class SaysDone(Misbehaving):

@@ -10,6 +10,7 @@ import pytest
 
 from fairlead.messages import ActionPart, floats, pack_floats
 from fairlead.modes import ControlMode
+from fairlead.skill.limit_overrides import limit_problems
 from fairlead.skill.manifest import Between
 from fairlead_skill_runner.control_rows import control_rows
 from tests.runner.scripted_robot import ROBOT, SKILL, rows, story
@@ -84,10 +85,13 @@ def test_a_chunk_of_a_slow_policy_is_as_long_as_its_rows_last() -> None:
     assert run.chunk.start_tick == 7
 
 
-@pytest.mark.parametrize(("rate_hz", "periods"), [(20.0, 1), (10.0, 2), (20 / 3, 3), (4.0, 5)])
+@pytest.mark.parametrize(
+    ("rate_hz", "periods"), [(20.0, 1), (10.0, 2), (20 / 3, 3), (6.6666667, 3), (4.0, 5)]
+)
 def test_a_whole_fraction_of_the_robots_rate_is_taken(rate_hz: float, periods: int) -> None:
     skill = SKILL.model_copy(update={"rate_hz": rate_hz})
     assert skill.control_periods(ROBOT.tick_period_ns) == periods
+    assert limit_problems(skill, ROBOT, "sim") == []
 
 
 @pytest.mark.parametrize("rate_hz", [15.0, 19.9, 40.0, 3.0])

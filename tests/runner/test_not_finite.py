@@ -23,6 +23,7 @@ from fairlead.skill.action_contract import ActionContract
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead.skill.routes import Route, resolve_routes
 from fairlead.skill.slots import FIELD_RULES
+from fairlead_skill_runner.action_rows import policy_rows
 from fairlead_skill_runner.candidate import dispatch
 from fairlead_skill_runner.fitted_rows import fitted
 from fairlead_skill_runner.policies.constant import ConstantPolicy
@@ -283,3 +284,9 @@ def test_a_discarded_dimension_counts_like_any_other() -> None:
     rows[1, torso.first] = np.nan
     with pytest.raises(PolicyError, match=f"got nan in row 1 dimension {torso.first}"):
         check_actions(Answer(rows.shape, rows.tobytes()), DIM, HORIZON)
+
+
+def test_what_is_too_small_for_float32_is_zero_also_where_numpy_is_to_raise() -> None:
+    with np.errstate(all="raise"):
+        rows = policy_rows(np.full((1, 2), 1e-60), 2, 1)
+    assert rows.tolist() == [[0.0, 0.0]]

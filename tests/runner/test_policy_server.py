@@ -6,6 +6,7 @@ import asyncio
 import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,15 @@ from websockets.sync.client import connect
 
 from fairlead.errors import ConfigError, PolicyError
 from fairlead.policy import Observation, Policy
+from fairlead.robot.manifest import load_robot
 from fairlead.skill.manifest import SkillManifest, load_skill
 from fairlead_skill_runner.policies.oracle.policy import OraclePolicy
 from fairlead_skill_runner.policies.remote.openpi import OpenpiPolicy
 from fairlead_skill_runner.policies.remote.openpi_wire import decode, encode
 from fairlead_skill_runner.policy_server import PolicyServer, served_policy
-from tests.runner.broken_policies import Lists, Misbehaving, Raises, Spells, Wordless
+from fairlead_tools.skills.skeleton import skill_skeleton
+from tests.cli.command import fairlead_here
+from tests.runner.broken_policies import Exits, Lists, Misbehaving, Raises, Spells, Wordless
 from tests.runner.served_skill import served
 
 pytestmark = pytest.mark.processes
@@ -230,6 +234,7 @@ async def test_rows_as_lists_are_served_as_the_runner_takes_them() -> None:
     [
         (Raises, "ValueError: no such token"),
         (Spells, "ValueError: no \\udc80"),
+        (Exits, "SystemExit: no token"),
         (Wordless, "FaultError: its text cannot be had: ValueError"),
     ],
 )
@@ -242,3 +247,18 @@ async def test_a_policy_that_breaks_is_told_to_its_client_and_whole_in_the_log(
         await link.send(encode({KEYS[0]: STATES[0]}))
         assert await link.recv() == text
     assert "Traceback" in said[-1]
+
+
+def test_a_policy_that_cannot_be_loaded_is_one_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FAIRLEAD_SKILLS", str(tmp_path))
+    (tmp_path / "mine").mkdir()
+    for file, text in skill_skeleton("mine", load_robot("panda_mobile")).items():
+        broken = text.replace("cls(float", "cls(flout")
+        tmp_path.joinpath("mine", file).write_text(broken, encoding="utf-8")
+    done = fairlead_here("serve-policy", "mine", state=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == (
+        "ERROR serve-policy: skill mine: loading failed: NameError: name 'flout' is not defined"
+    )

@@ -86,6 +86,8 @@ async def test_the_policy_sees_the_whole_observation(workers: list[PolicyWorker]
     ("name", "text"),
     [
         ("Raises", "policy worker: inference failed: ValueError: no such token"),
+        ("RaisesUnheard", "policy worker: inference failed: ValueError: no such token"),
+        ("Exits", "policy worker: inference failed: SystemExit: no token"),
         ("TooNarrow", ROWS + "got float32 [8, 11]"),
         ("TooLong", ROWS + "got float32 [16, 12]"),
         ("Flat", ROWS + "got float32 [12]"),

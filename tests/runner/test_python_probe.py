@@ -51,6 +51,7 @@ async def worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterat
          r"expected actions as floats \[1 to 8, 6\], got float32 \[8, 5\]"),
         ("actions = np", "actions = nb", "NameError: name 'nb' is not defined"),
         ("return actions", "raise SystemExit", "SystemExit"),
+        ("row = obs", "observation.state[0] = 0; row = obs", "destination is read-only"),
     ],
 )  # fmt: skip
 async def test_a_policy_that_answers_a_probe_wrongly_is_not_loaded_but_where_it_wants_none(

@@ -43,7 +43,7 @@ def float_rows(who: str, name: str, value: object, width: int, horizon: int) -> 
     fits = value.ndim == 2 and value.shape[1] == width and 1 <= len(value) <= horizon
     if value.dtype.kind != "f" or not fits:
         raise PolicyError(expected(who, wanted, f"{value.dtype} {list(value.shape)}"))
-    with np.errstate(over="ignore"):  # what overflows is infinite, and refused
+    with np.errstate(all="ignore"):  # what overflows is infinite, and refused
         rows = np.asarray(value, dtype="<f4")
     if not np.isfinite(rows).all():
         row, column = np.argwhere(~np.isfinite(rows))[0]

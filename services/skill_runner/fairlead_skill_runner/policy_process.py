@@ -13,6 +13,7 @@ import socket
 import sys
 import threading
 import traceback
+from contextlib import suppress
 from typing import NamedTuple
 
 from fairlead.checked_model import MisfitError
@@ -55,9 +56,10 @@ def main() -> int:
                 message = encode(Answer())
             else:
                 message = encode(_answer(loaded, request))
-        except Exception as error:  # noqa: BLE001 - whatever a policy raises is its answer
+        except BaseException as error:  # noqa: BLE001 - whatever a policy raises is its answer
             if not isinstance(error, FairleadError) or error.__cause__ is not None:  # its own file
-                traceback.print_exc()
+                with suppress(OSError, ValueError):  # a policy may have closed standard error
+                    traceback.print_exc()
             message = encode(Raised.of(error))
         pipe.write(HEADER.pack(len(message)) + message)
         pipe.flush()

@@ -108,7 +108,7 @@ class PolicyServer:
                 tick += self._skill.execute_steps
         except ConnectionClosed:
             pass
-        except Exception as error:  # noqa: BLE001 - a policy may raise anything; client and log say so
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a policy may raise anything; both are told
             known, said = isinstance(error, PolicyError), reason_of(error)
             self._say(f"{link.remote_address}: {said if known else format_exc().rstrip()}")
             with suppress(ConnectionClosed):

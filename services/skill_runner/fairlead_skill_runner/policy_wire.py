@@ -198,7 +198,7 @@ class Raised(msgspec.Struct, frozen=True, tag=True):
     text: str
 
     @classmethod
-    def of(cls, error: Exception) -> Raised:
+    def of(cls, error: BaseException) -> Raised:
         """Pack what it said for the pipe."""
         return cls(reason_of(error, _TEXT_MAX))
 

@@ -14,6 +14,7 @@ import numpy as np
 from fairlead.errors import LayoutError, expected
 from fairlead.layout import load_layout
 from fairlead.messages import FloatArray
+from fairlead.reason_text import reason_of
 from fairlead.skill.bindings import StateContractBindings
 from fairlead.skill.state_contract import StateContract
 from fairlead_state_assembler.bound_inputs import BoundInputs, Transforms
@@ -45,7 +46,7 @@ def assemble_state(
     except LayoutError:
         raise
     except Exception as error:
-        text = f"layout {name}: its function failed: {type(error).__name__}: {error}"
+        text = f"layout {name}: its function failed: {reason_of(error)}"
         raise LayoutError(text, kind="failed", name=name) from error
     if values.shape != (layout.dim,):
         raise LayoutError(

@@ -120,11 +120,11 @@ def check_private(path: Path, remedy: str) -> None:
     """
     root = user_access_dir()
     status = root.stat()
-    if status.st_uid not in (0, os.geteuid()) or status.st_mode & 0o022:
-        raise ConfigError(
-            f"access: {root}: others can write there; make it uid {os.geteuid()}'s own (chown, "
-            f"chmod go-w), or {access_variable()} names another folder"
-        )
+    is_others, other = status.st_uid not in (0, os.geteuid()), f"{access_variable()} names another"
+    if is_others or status.st_mode & 0o022:
+        mend = f"run this as uid {status.st_uid}" if is_others else "chmod go-w"
+        who = f"uid {status.st_uid}" if is_others else "others"
+        raise ConfigError(f"access: {root}: {who} can write there; {mend}, or {other} folder")
     status = path.stat()
     if status.st_uid != os.geteuid() or status.st_mode & 0o077:
         mode = 0o700 if path.is_dir() else 0o600

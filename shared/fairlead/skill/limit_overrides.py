@@ -56,7 +56,7 @@ def _protocol_problems(skill: SkillManifest, period_ns: int, protocol: dict[str,
     asked = (
         (rows, skill.horizon * periods, protocol["horizon_max"]),
         ("age_max_ticks", skill.age_max_ticks, protocol["age_max_ticks"]),
-        ("rate_hz", skill.rate_hz * periods, protocol["chunk_rate_max_hz"]),
+        ("chunks a second, one a period", 1e9 / period_ns, protocol["chunk_rate_max_hz"]),
     )
     return [
         f"{name}: expected at most {limit:g}, got {value:g}"

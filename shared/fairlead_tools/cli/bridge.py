@@ -93,9 +93,11 @@ def serve_policy_command(
 async def _serve(
     skill: SkillManifest, host: str, port: int, keys: tuple[str, str], api_key: str | None
 ) -> None:
-    from fairlead_skill_runner import PolicyServer, served_policy
+    from fairlead_skill_runner import PolicyServer
+    from fairlead_tools.parity.local_episode import make_policy
 
-    server = PolicyServer(skill, served_policy(skill), keys, api_key, lambda line: echo(line))
+    policy = make_policy("serve-policy", skill)
+    server = PolicyServer(skill, policy, keys, api_key, lambda line: echo(line))
     try:
         opened = await server.listen(host, port)
     except OSError as error:

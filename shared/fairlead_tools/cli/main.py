@@ -12,6 +12,7 @@ import os
 import sys
 import warnings
 
+NO_THREAD = "can't start new thread"  # what Python says
 INTERRUPTED = 130  # what typer and a shell say after Ctrl-C
 try:
     from fairlead.errors import FairleadError, RefusedError, expected
@@ -45,13 +46,25 @@ def main() -> None:
             fix = error.fix if isinstance(error, RefusedError) else ""
             _end_json(type(error).__name__, str(error), fix, 1)
         _end(f"ERROR {error}", 1)
-    except OSError as error:  # a full disk, a folder that may not be written
-        where = error.filename or " ".join(["fairlead", *sys.argv[1:2]])
-        said = f"{where}: {error.strerror or error}"
-        if as_json and error.filename:  # else it may be the output that cannot be written
-            _end_json("OSError", said, "", 1)
-        forget_output()
-        _end(f"ERROR {said}", 1)
+    except (OSError, RuntimeError) as error:
+        _end_by_system(error, as_json)
+
+
+def _end_by_system(error: OSError | RuntimeError, as_json: bool) -> None:
+    """A full disk, a folder that may not be written, no room for a thread."""
+    where = " ".join(["fairlead", *sys.argv[1:2]])
+    if isinstance(error, OSError):
+        said = f"{error.filename or where}: {error.strerror or error}"
+        is_for_reader = as_json and bool(error.filename)  # else the output may not be writable
+    elif str(error) == NO_THREAD:
+        said = f"{where}: the system starts no more threads; its limits: ulimit -a"
+        is_for_reader = as_json
+    else:
+        raise error
+    if is_for_reader:
+        _end_json("OSError", said, "", 1)
+    forget_output()
+    _end(f"ERROR {said}", 1)
 
 
 def _open_closed_streams() -> None:

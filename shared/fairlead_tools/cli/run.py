@@ -94,7 +94,8 @@ def run_command(
     """Arm if disarmed, run a skill, show its progress, print the result, disarm again.
 
     It disarms only if it armed, or another run that was without a goal then, and only if no other
-    claim is live. Ctrl-C cancels the goal, or stops the robot if the runner does not confirm that.
+    claim is live; else the gate disarms 30 s after the last claim. Ctrl-C cancels the goal, or
+    stops the robot if the runner does not confirm that.
     A folder is linked into your skills first.
     With --then the goals run one after the other, until one does not succeed. A chain says itself
     which goal comes after which, and how often one is tried again. Between goals of the same
@@ -158,6 +159,8 @@ def _chain_of(
     """
     if not what:
         raise ConfigError(expected("run", "a skill or a chain's file", repr(what)))
+    if Path(what).name == "rskill.yaml":
+        raise ConfigError(expected("run", "the skill's folder, without rskill.yaml", repr(what)))
     first = ChainGoal(
         name="1",
         skill=what,

@@ -179,15 +179,19 @@ def _supervised_process(entry: Running, service: str) -> ProcessId:
             f"{service}: `fairlead up` does not run it ({who}), so nobody would start it again; "
             f"end it, then: fairlead service {shlex.quote(entry.deployment)} {service}"
         )
+    _refuse_while_paused(entry, service)
+    if found.running is None:
+        raise ServiceError(f"{service}: is being started already; see: fairlead ps")
+    return found.running
+
+
+def _refuse_while_paused(entry: Running, service: str) -> None:
     if entry.supervisor is not None and entry.supervisor.is_paused:
         pid = entry.supervisor.pid
         raise ServiceError(
             f"{service}: `fairlead up` (pid {pid}) is paused, so it would not start it again; "
             f"let it go on: kill -CONT {pid}"
         )
-    if found.running is None:
-        raise ServiceError(f"{service}: is being started already; see: fairlead ps")
-    return found.running
 
 
 def _refuse_while_claimed(entry: Running, service: str) -> None:
@@ -224,8 +228,9 @@ def _wait_ready(name: str, service: str, old: ProcessId) -> int:
     while time.monotonic() < deadline:
         entry = Registry().find(name)
         found = entry.services.get(service) if entry is not None else None
-        if found is None:
+        if entry is None or found is None:
             raise ServiceError(f"{service}: {name} was ended meanwhile")
+        _refuse_while_paused(entry, service)
         if found.process != old and found.running and found.ready:
             return found.running.pid
         began.add(found.process)

@@ -126,9 +126,9 @@ class _Runs:
         robot = load_robot(deployment.robot)
         self._skill, self._backend, self._eyes = skill, backend, eyes
         self._assembler, self._teacher = LocalAssembler(robot), teacher
-        self._expert = make_policy(teacher.skill) if teacher else None
+        self._expert = make_policy(WHO, teacher.skill) if teacher else None
         acts = teacher is None or teacher.beta < 1
-        self._policy = make_policy(skill) if acts else None
+        self._policy = make_policy(WHO, skill) if acts else None
         self._routes = resolve_routes(skill.action_contract, robot)
         self._unused = [
             index

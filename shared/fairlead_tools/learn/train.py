@@ -76,7 +76,7 @@ def train(
         )
     require_skill(folders[0], expert)
     require_new(target)
-    policy = make_policy(_without_memory(expert))
+    policy = make_policy("train", _without_memory(expert))
     found = every_episode(folders, expert)
     say(f"{len(found)} episodes; asking {expert.id} in each state and {recipe.beside} beside it")
     labels = label(policy, found, recipe.beside, recipe.seed)

@@ -53,7 +53,7 @@ class LocalEpisode:
         hal = deployment.only("hal_sim")
         options = check_options(deployment, hal, HalSimOptions)
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
-        self._assembler, self._policy = LocalAssembler(robot), make_policy(skill)
+        self._assembler, self._policy = LocalAssembler(robot), make_policy("parity", skill)
         self._routes = resolve_routes(skill.action_contract, robot)
         self._backend = RobosuiteBackend(options, robot.tick_period_ns, robot)
         self.trace = EpisodeTrace()
@@ -150,12 +150,20 @@ def require_each_period(who: str, skill: SkillManifest, robot: RobotManifest) ->
         raise ConfigError(expected(f"{who}: skill {skill.id}", wanted, got))
 
 
-def make_policy(skill: SkillManifest) -> Policy:
-    """The skill's policy in this process, reset."""
+def make_policy(who: str, skill: SkillManifest) -> Policy:
+    """The skill's policy in this process, reset.
+
+    Args:
+        who: the command that asks, as errors begin.
+
+    Raises:
+        ConfigError, PolicyError: it cannot be loaded, or not be reset.
+    """
     from fairlead_skill_runner import served_policy
 
-    policy = served_policy(skill)
-    with raising(f"skill {skill.id}: reset failed"):
+    with raising(f"{who}: skill {skill.id}: loading failed"):
+        policy = served_policy(skill)
+    with raising(f"{who}: skill {skill.id}: reset failed"):
         policy.reset()
     return policy
 

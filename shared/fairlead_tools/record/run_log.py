@@ -193,8 +193,8 @@ def read_run(path: Path) -> Run:
     except OSError as error:
         raise ConfigError(f"decision log {path}: {error.strerror}") from None
     if not data.startswith(_FIRST_LINE):
-        wanted = _FIRST_LINE.decode().strip()
-        raise ConfigError(f"decision log {path}: expected its first line to be {wanted}")
+        want, got = _FIRST_LINE[:-1].decode(), data[:40].split(b"\n")[0].decode(errors="replace")
+        raise ConfigError(f"decision log {path}: expected its first line to be {want}, got {got!r}")
     frames = _Frames(data)
     kind, body = next(iter(frames), (0, b""))
     if kind != _Record.HEADER:

@@ -185,9 +185,11 @@ def warm_up_observation(skill: SkillManifest) -> Observation:
         name: np.zeros((len(spec.deltas), *spec.shape), spec.number_type)
         for name, spec in skill.images.items()
     }
-    images = {name: pixels[-1] for name, pixels in frames.items()}
     contract = skill.state_contract
     states = np.full((len(contract.deltas), contract.dim), 0.5)
+    for array in (states, *frames.values()):
+        array.flags.writeable = False  # as in a goal
+    images = {name: pixels[-1] for name, pixels in frames.items()}
     return Observation(0, states[-1], skill.prompt, images, frames=frames, earlier=states[:-1])
 
 
