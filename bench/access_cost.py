@@ -1,11 +1,12 @@
 """What access control costs: a closed gate beside an open one, a closed robot beside an open one.
 
 Both take turns with the same chunks, or with an answer of the policy and its rows, so that what
-the machine does to one it does to the other.
+the machine does to one it does to the other; who comes first changes each time. Processes differ by
+chance as long as they live, so all begin anew a few times, and the ratio of each time is printed.
 
     .venv/bin/python -m bench.access_cost [--count 2000]
 
-Prints medians and their ratio: of the hop from candidate to SafeChunk, back to back and at 20 Hz,
+Prints medians and ratios: of the hop from candidate to SafeChunk, back to back and at 20 Hz,
 and of a tick of the loop in lockstep.
 """
 
@@ -18,9 +19,11 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing
+from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.equipment.gate_scene import Scene
 from bench.equipment.turns import Turns
@@ -37,6 +40,9 @@ AIM = 1.03
 WARM_UP = 100
 PAUSE_S = 0.025  # two in a period of 20 Hz
 SEED = 0
+ROUNDS = 5
+Pairs = NDArray[np.float64]
+"""A row for each pair: open, closed [us]."""
 
 
 class Gate:
@@ -61,8 +67,16 @@ class Gate:
         return taken_us
 
 
-def hops_us(folder: Path, count: int, pause_s: float) -> np.ndarray:
-    """Pairs of hops, open and closed, with a pause before each."""
+def pair_of(taken_us: Sequence[Callable[[], float]], number: int) -> list[float]:
+    """Open and closed; the closed one comes first in each pair of an odd number."""
+    found = [0.0, 0.0]
+    for at in (number % 2, 1 - number % 2):
+        found[at] = taken_us[at]()
+    return found
+
+
+def hops_us(folder: Path, count: int, pause_s: float) -> Pairs:
+    """Pairs of hops, with a pause before each."""
     with ExitStack() as stack:
         folder.mkdir()
         gates = [Gate(folder / name, name == "closed") for name in ("open", "closed")]
@@ -70,7 +84,8 @@ def hops_us(folder: Path, count: int, pause_s: float) -> np.ndarray:
             stack.callback(gate.scene.close)
         for gate in gates * WARM_UP:
             gate.hop_us()
-        return np.array([[gate.hop_us(pause_s) for gate in gates] for _ in range(count)])
+        hops = [partial(gate.hop_us, pause_s) for gate in gates]
+        return np.array([pair_of(hops, number) for number in range(count)])
 
 
 class Robot:
@@ -99,28 +114,30 @@ class Robot:
         return 1e6 * (time.monotonic() - began_s) if asked else 0.0
 
 
-def ticks_us(folder: Path) -> np.ndarray:
-    """Pairs of times per tick, open and closed, of the same episode."""
+def ticks_us(folder: Path) -> Pairs:
+    """Pairs of times per tick, of the same episode."""
+    folder.mkdir()
     with ExitStack() as stack:
         robots = []
         for name in ("open", "closed"):
             robots.append(Robot(folder / f"loop {name}", stack, name == "closed"))
-        pairs = []
+        pairs: list[list[float]] = []
         with ThreadPoolExecutor(2) as thread:
             going = all(robot.start(thread) for robot in robots)
             while going:
-                pairs.append([robot.turn_us() for robot in robots])
+                pairs.append(pair_of([robot.turn_us for robot in robots], len(pairs)))
                 going = all(pairs[-1])
             for robot in robots:
                 robot.turns.close()
     return np.array(pairs[:-1]) / load_skill(SKILL).execute_steps
 
 
-def row(what: str, pairs: np.ndarray) -> str:
+def row(what: str, rounds: Sequence[Pairs]) -> str:
     """A line of the table."""
-    both = np.median(pairs, axis=0)
-    ratio = float(np.median(pairs[:, 1] / pairs[:, 0]))
-    return f"| {what} | {both[0]:.0f} | {both[1]:.0f} | {both[1] / both[0]:.2f}, {ratio:.2f} |"
+    both = np.median(np.concatenate(rounds), axis=0)
+    ratios = sorted(float(np.median(pairs[:, 1] / pairs[:, 0])) for pairs in rounds)
+    each = " ".join(f"{one:.2f}" for one in ratios)
+    return f"| {what} | {both[0]:.0f} | {both[1]:.0f} | {both[1] / both[0]:.2f} | {each} |"
 
 
 def main() -> None:
@@ -131,17 +148,20 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=2000, help="chunks of each gate")
     arguments = parser.parse_args()
     lines = [
-        f"| what | open us | closed us | ratio of medians, of pairs (aim {AIM}) |",
-        "|---|---|---|---|",
+        f"| what | open us | closed us | ratio (aim {AIM}) | of each of {ROUNDS} starts |",
+        "|---|---|---|---|---|",
     ]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        parts: Sequence[tuple[str, Callable[[], np.ndarray]]] = (
-            ("hop, back to back", lambda: hops_us(folder / "fast", arguments.count, 0.0)),
-            ("hop, at 20 Hz", lambda: hops_us(folder / "slow", arguments.count // 10, PAUSE_S)),
-            ("tick of the loop", lambda: ticks_us(folder)),
+        count = arguments.count // ROUNDS
+        parts: Sequence[tuple[str, Callable[[Path], Pairs]]] = (
+            ("hop, back to back", lambda own: hops_us(own, count, 0.0)),
+            ("hop, at 20 Hz", lambda own: hops_us(own, count // 10, PAUSE_S)),
+            ("tick of the loop", ticks_us),
         )
-        lines += [row(what, measure()) for what, measure in parts]
+        for at, (what, measure) in enumerate(parts):
+            rounds = [measure(folder / f"{at}{number}") for number in range(ROUNDS)]
+            lines.append(row(what, rounds))
     lines += ["", f"load average {os.getloadavg()[0]:.1f}"]
     print("\n".join(lines))
 

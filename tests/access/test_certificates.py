@@ -59,7 +59,7 @@ def test_a_name_is_bound_to_its_certificate_and_the_router_to_its_address(
     [use] = found.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
     assert use == ExtendedKeyUsageOID.CLIENT_AUTH, "it is nobody's router"
     config = authority.deployment.endpoints("hal").config()
-    assert set(config["transport"]["link"]) == {"tx", "tls"}
+    assert set(config["transport"]["link"]) == {"tx", "rx", "tls"}
     control = config["access_control"]
     router_name = "fl/certified/router"
     assert control["subjects"] == [{"id": router_name, "cert_common_names": [router_name]}]

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import errno
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
 
+from bench.equipment.live_robot import wait_for
+from fairlead.deploy.credentials import alone_in
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError
 from fairlead_tools.certificates.authority import Authority
 from tests.access.certified import DAYS, NOW, trusted
-from tests.cli.command import fairlead_here
+from tests.cli.command import fairlead_command, fairlead_environment, fairlead_here
 
 
 def test_what_follows_a_revocation_may_fail_and_a_host_may_be_new(
@@ -34,6 +37,40 @@ def test_a_certificate_that_was_not_written_is_made_with_the_key_that_signs(
     (authority.folder / "gpu/runner.pem").unlink()
     assert authority.new(NOW, DAYS) == [("gpu", "runner")]
     assert trusted(authority) == every
+
+
+def test_one_that_its_key_did_not_sign_or_that_is_damaged_is_made_anew(
+    authority: Authority, deployment: Deployment
+) -> None:
+    runner, hal = (authority.folder / one for one in ("gpu/runner.pem", "robot/hal.pem"))
+    earlier = hal.read_bytes()
+    authority.revoke([("robot", "hal")])
+    assert authority.new(NOW, DAYS) == [("robot", "hal")]
+    hal.write_bytes(earlier)  # copied back from another host, say
+    with pytest.raises(ConfigError, match=r"signed by nobody whom the router lets in; copy .* new"):
+        deployment.endpoints("hal")
+    runner.write_bytes(runner.read_bytes()[:300])
+    assert authority.new(NOW, DAYS) == [("robot", "hal"), ("gpu", "runner")]
+    deployment.endpoints("hal")
+
+
+@pytest.mark.processes
+def test_who_revokes_waits_for_whoever_makes_certificates(
+    authority: Authority, file: Path, tmp_path: Path
+) -> None:
+    every, words = trusted(authority), ["certs", "revoke", str(file), "gpu"]
+    with alone_in(authority.folder.parent):
+        revoking = subprocess.Popen(fairlead_command(*words), env=fairlead_environment(tmp_path))
+        wait_for(lambda: is_waiting(revoking.pid), "it waits")
+        assert trusted(authority) == every
+    assert revoking.wait(60.0) == 0
+    assert len(trusted(authority)) == len(every) - 2
+
+
+def is_waiting(process: int) -> bool:
+    """For somebody else's lock."""
+    locks = Path("/proc/locks").read_text(encoding="ascii").splitlines()
+    return any("->" in one and str(process) in one.split() for one in locks)
 
 
 def test_a_host_that_left_the_file_is_revoked_and_comes_back_with_other_keys(
@@ -96,6 +133,8 @@ def test_a_disk_that_fills_while_one_is_revoked_forgets_nobody(
 def test_nothing_is_renewed_where_nothing_was_made(deployment: Deployment) -> None:
     with pytest.raises(ConfigError, match="no certificates; make them: fairlead certs new"):
         Authority(deployment).places([])
+    with pytest.raises(ConfigError, match="gpu/runner: has no certificate; make it: fairlead"):
+        Authority(deployment).renew([("gpu", "runner")], NOW, DAYS)
 
 
 def test_show_tells_whom_the_router_lets_in_by_a_mark_of_its_own(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -193,6 +194,13 @@ def test_a_file_that_is_none_of_ours_is_refused(folder: Path, text: bytes) -> No
     find_secrets(KEYS, ["hal"])
     (folder / PASSWORDS).write_bytes(text)
     with pytest.raises(ConfigError, match="expected lines name:password"):
+        find_secrets(KEYS, ["hal"])
+
+
+def test_a_pipe_in_their_place_is_named_and_keeps_nobody_waiting(folder: Path) -> None:
+    folder.mkdir(parents=True, mode=0o700)
+    os.mkfifo(folder / PASSWORDS, 0o600)
+    with pytest.raises(ConfigError, match=rf"{PASSWORDS}: cannot be read or made: a pipe or a"):
         find_secrets(KEYS, ["hal"])
 
 

@@ -97,6 +97,23 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         content(hosts={"robot": "tcp/10.0.0.1:7500", "gpu": ELSEWHERE}),
         "hosts.robot: expected the one address or name",
     ),
+    **{
+        f"the address {one[:20]}": (
+            content(hosts={"robot": HERE, "gpu": one}),
+            "hosts.gpu: expected the one address or name",
+        )
+        for one in (
+            "192.168.1.20:22",
+            "192.168.1.300",
+            "192.168.001.010",
+            "224.0.0.1",
+            "gpu..lab",
+            "gpu-.lab",
+            "x" * 64,
+            "x." * 127 + "x",
+            "fe80::1%eth0",
+        )
+    },
     "the same address twice": (
         content(hosts={"robot": HERE, "gpu": HERE}),
         "hosts: robot and gpu have the same address 127.0.0.1",

@@ -133,13 +133,14 @@ def _trust_problem(certificate: Certificate) -> str:
     from cryptography import x509
 
     mine = x509.load_pem_x509_certificate(certificate.file.read_bytes())
-    if any(_has_signed(one, mine) for one in _trusted(file)):
+    if any(has_signed(one, mine) for one in _trusted(file)):
         return ""
     who = "the hosts trust" if certificate.file.stem == ROUTER else "the router lets in"
     return f"is signed by nobody whom {who}; copy the folder again, or: fairlead certs new"
 
 
-def _has_signed(signer: x509.Certificate, other: x509.Certificate) -> bool:
+def has_signed(signer: x509.Certificate, other: x509.Certificate) -> bool:
+    """Whether the one's key signed the other."""
     from cryptography.exceptions import InvalidSignature
 
     try:

@@ -16,8 +16,8 @@ import json
 import os
 import secrets
 import shutil
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from fairlead.deploy.access import Secrets
 from fairlead.errors import ConfigError
 from fairlead.keys import Keys
 from fairlead.paths import access_variable, make_private, user_access_dir, written
+from fairlead.regular_file import regular
 
 PASSWORDS = "passwords"
 
@@ -46,8 +47,7 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
         if not file.exists():  # whoever copies certificates to it makes it as others' folders are
             folder.chmod(0o700)
         check_private(folder, "correct it")
-        with (folder / "lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+        with alone_in(folder):
             known = _read(file) if file.exists() else {}
             missing = [name for name in names if name not in known]
             if missing:
@@ -62,11 +62,20 @@ def find_secrets(keys: Keys, names: Sequence[str]) -> Secrets:
     return Secrets(known, file)
 
 
-def write_session(keys: Keys, service: str, access: Mapping[str, Any]) -> Path:
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Wait until no other process changes what proves names there, and keep others waiting."""
+    make_private(folder)
+    with os.fdopen(os.open(folder / "lock", os.O_RDONLY | os.O_CREAT, 0o600)) as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def write_session(keys: Keys, service: str, part: Mapping[str, Any]) -> Path:
     """Put what a session needs into a file that only this user can read; which."""
     file = access_dir(keys) / f"{service}.json"
     make_private(file.parent)
-    write_private(file, json.dumps(dict(access)))
+    write_private(file, json.dumps(dict(part)))
     return file
 
 
@@ -83,7 +92,7 @@ def access_dir(keys: Keys) -> Path:
 
 def _read(file: Path) -> dict[str, str]:
     check_private(file, _MADE_ANEW)
-    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = regular(file).read_text(encoding="utf-8", errors="replace").splitlines()
     found = dict(line.split(":", 1) for line in lines if ":" in line)
     if len(found) != len(lines) or not all(len(one) >= 32 for one in found.values()):
         raise ConfigError(
@@ -99,7 +108,7 @@ def write_private(file: Path, text: str) -> None:
     What is there already is not written again: the disk may be full.
     """
     with suppress(OSError, UnicodeDecodeError):
-        if file.stat().st_mode & 0o777 == 0o600 and file.read_text(encoding="utf-8") == text:
+        if file.stat().st_mode & 0o777 == 0o600 and regular(file).read_text("utf-8") == text:
             return
     draft = file.with_name(f".{file.name}.{os.getpid()}")
     draft.unlink(missing_ok=True)

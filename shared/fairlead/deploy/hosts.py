@@ -15,7 +15,8 @@ ROUTER = "router"
 """The router's name beside the services, in logs and in lists of processes."""
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9_\-]*")
-_ADDRESS = re.compile(r"[A-Za-z0-9][A-Za-z0-9.:\-]*")
+_LABEL = r"[A-Za-z0-9](?:[A-Za-z0-9\-]{0,61}[A-Za-z0-9])?"
+_HOST_NAME = re.compile(rf"(?=.{{1,253}}$)(?:{_LABEL}\.)*(?![0-9]+\Z){_LABEL}")  # no 192.168.1.300
 
 
 class RouterSpec(BaseModel):
@@ -45,7 +46,7 @@ def host_problems(hosts: dict[str, str], router: RouterSpec, certified: bool) ->
     for name, address in hosts.items():
         if not _NAME.fullmatch(name):
             problems.append(f"hosts: {name!r}: expected a name of a-z 0-9 _ -")
-        if not _ADDRESS.fullmatch(address) or _is_everywhere(address):
+        if not _is_one_hosts(address):
             problems.append(
                 f"hosts.{name}: expected the one address or name by which the other hosts reach "
                 f"it, such as 192.168.1.10, got {address!r}"
@@ -127,11 +128,13 @@ def endpoint_of(protocol: str, address: str, port: int) -> str:
     return f"{protocol}/[{address}]:{port}" if ":" in address else f"{protocol}/{address}:{port}"
 
 
-def _is_everywhere(address: str) -> bool:
+def _is_one_hosts(address: str) -> bool:
+    """Whether an address or a name can be that of one host, and means the same to everybody."""
     try:
-        return ipaddress.ip_address(address).is_unspecified
-    except ValueError:  # a name
-        return False
+        found = ipaddress.ip_address(address)
+    except ValueError:
+        return _HOST_NAME.fullmatch(address) is not None
+    return not (found.is_unspecified or found.is_multicast or "%" in address)
 
 
 def port_of(endpoint: str) -> int:

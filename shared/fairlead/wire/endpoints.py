@@ -28,6 +28,23 @@ ACCEPT_PENDING = 10_000
 turns each away at once, at the cost of 4 ms in which the session receives nothing: 1,000 idle
 connections made a service deaf for seconds."""
 
+MESSAGE_MAX = 80_000_000
+"""Bytes, more than any picture has. Zenoh's own 1 GB it would put together for whoever has a link,
+on any key: it knows that key only then."""
+
+RX = {"max_message_size": MESSAGE_MAX}
+
+DROPPED = [
+    {
+        "messages": ["put", "delete", "query"],
+        "flows": ["ingress"],
+        "key_exprs": ["**"],
+        "overwrite": {"congestion_control": "drop"},
+    }
+]
+"""A router drops these where a link has no room. Its one thread would else wait for room that only
+it can make; after 500 ms in which nobody hears anything, the receiver's link was closed."""
+
 ROUTER_PATIENCE_S = 2.0
 """How long one attempt to reach a router takes."""
 
@@ -54,6 +71,11 @@ class Endpoints:
     router_host: str = ""
     access: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
+    @property
+    def part(self) -> dict[str, Any]:
+        """What a session that is not opened in Python gets of its configuration, with `access`."""
+        return _merged({"transport": {"link": {"rx": RX}}}, self.access)
+
     def config(self) -> dict[str, Any]:
         """The Zenoh configuration: static endpoints, no multicast, endless reconnect."""
         config = {
@@ -73,6 +95,8 @@ class Endpoints:
             "timestamping": {"enabled": False},
             "adminspace": {"enabled": False},
         }
+        if self.mode == "router":
+            config["qos"] = {"network": DROPPED}
         return _merged(config | {"transport": self._transport()}, self.access)
 
     def _connect_timeout_ms(self) -> int:
@@ -87,13 +111,13 @@ class Endpoints:
         silence_ms = int(1000 * LINK_SILENCE_S)
         unicast = {"accept_timeout": silence_ms, "accept_pending": ACCEPT_PENDING}
         if self.mode == "peer":
-            return {"link": {"tx": {"queue": queue}}, "unicast": unicast}
+            return {"link": {"tx": {"queue": queue}, "rx": RX}, "unicast": unicast}
         if self.mode == "router":
             # A client that takes nothing any more is cut off before the others notice: what
             # must not be dropped (declarations, answers) would else wait for it for 5 s.
             queue["congestion_control"] = {"block": {"wait_before_close": 500_000}}  # us
         return {
-            "link": {"tx": {"queue": queue, "lease": silence_ms, "keep_alive": 4}},
+            "link": {"tx": {"queue": queue, "lease": silence_ms, "keep_alive": 4}, "rx": RX},
             "unicast": {**unicast, "open_timeout": silence_ms},
         }
 

@@ -17,12 +17,19 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from fairlead.deploy.certificates import SUFFIX, TRUSTED, certificates_dir, common_name
-from fairlead.deploy.credentials import access_dir, check_private, write_private
+from fairlead.deploy.certificates import (
+    SUFFIX,
+    TRUSTED,
+    certificates_dir,
+    common_name,
+    has_signed,
+)
+from fairlead.deploy.credentials import access_dir, alone_in, check_private, write_private
 from fairlead.deploy.deployment import Deployment
 from fairlead.deploy.hosts import ROUTER
 from fairlead.errors import ConfigError, expected
 from fairlead.paths import make_private
+from fairlead.regular_file import regular
 
 Place = tuple[str, str]
 """A host and who has a certificate there; of a person twice the name."""
@@ -99,14 +106,18 @@ class Authority:
         return [place for place in found if place not in self.deployment.certified]
 
     def new(self, now: datetime, days: int) -> list[Place]:
-        """Make what there is not yet; which. What the file names no more is revoked."""
+        """Make what is missing or damaged; which. What the file names no more is revoked."""
+        with alone_in(self.folder.parent):
+            return self._new(now, days)
+
+    def _new(self, now: datetime, days: int) -> list[Place]:
         every = self.deployment.certified
         unsigned = [place for place in every if not self._signer(place).exists()]
-        missing = [p for p in every if p in unsigned or not self._file(p).exists()]
+        missing = [place for place in every if place in unsigned or not self._is_signed(place)]
         folders = [self.folder / one for one in self._folders]
-        for folder in (self.folder.parent, self._signing, self.folder, *folders):
+        for folder in (self._signing, self.folder, *folders):
             make_private(folder)
-        self.revoke(self.left)
+        self._revoke(self.left)
         for place in unsigned:
             key, name = ec.generate_private_key(ec.SECP256R1()), f"signs {'/'.join(place)}"
             ends = now + timedelta(days=365 * SIGNING_YEARS)
@@ -115,7 +126,7 @@ class Authority:
                 x509.BasicConstraints(ca=True, path_length=0), critical=True
             )
             _write(self._signer(place), key, signed.sign(key, hashes.SHA256()))
-        self.renew(missing, now, days)
+        self._renew(missing, now, days)
         self._tell_whom_to_trust()
         return missing
 
@@ -125,6 +136,10 @@ class Authority:
         Raises:
             ConfigError: one was never made, or revoked, or its signing key is damaged.
         """
+        with alone_in(self.folder.parent):
+            self._renew(places, now, days)
+
+    def _renew(self, places: Iterable[Place], now: datetime, days: int) -> None:
         for place in places:
             host, name = place
             if not self._signer(place).is_file():
@@ -148,7 +163,10 @@ class Authority:
         Raises:
             ConfigError: the signing key of another one is damaged; nobody is revoked then.
         """
-        revoked = list(places)
+        with alone_in(self.folder.parent):
+            self._revoke(list(places))
+
+    def _revoke(self, revoked: Sequence[Place]) -> None:
         self._tell_whom_to_trust(revoked)  # first: what comes after may fail
         for place in revoked:
             self._signer(place).unlink(missing_ok=True)
@@ -178,6 +196,14 @@ class Authority:
                 f"fairlead certs revoke revoke {name} too, then make it anew: fairlead certs new"
             ) from None
         return signing, found
+
+    def _is_signed(self, place: Place) -> bool:
+        """Whether its certificate is there, and its signing key's."""
+        try:
+            mine = x509.load_pem_x509_certificate(regular(self._file(place)).read_bytes())
+        except (OSError, ValueError):
+            return False
+        return has_signed(self._read_signer(place)[1], mine)
 
     def _subject(self, place: Place, name: str) -> x509.Name:
         keys = self.deployment.keys

@@ -126,7 +126,7 @@ def _gate_command(deployment: Deployment, service: str, state_dir: Path) -> list
     for endpoint in endpoints.connect:
         command += ["--router" if endpoints.mode == "client" else "--connect", endpoint]
     if endpoints.access:
-        file = write_session(deployment.keys, service, endpoints.access)
+        file = write_session(deployment.keys, service, endpoints.part)
         command += ["--access", str(file)]
     return command
 
