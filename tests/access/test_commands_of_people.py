@@ -38,7 +38,7 @@ from fairlead.robot.gate_file import compile_gate_config
 from fairlead.robot.manifest import load_robot
 from fairlead.wire.session import ZenohBus
 from tests.access.certified import PEOPLE, account
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(240)]
 

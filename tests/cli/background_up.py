@@ -14,7 +14,7 @@ from bench.equipment.light_hal import LIGHT_HAL
 from bench.equipment.live_robot import wait_for
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
+from tests.cli.command import fairlead_command, fairlead_environment, fairlead_here
 from tests.cli.process_list import pids_that_mention
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
@@ -48,7 +48,7 @@ class Up:
 
     def do(self, *arguments: str) -> subprocess.CompletedProcess[str]:
         """Another ``fairlead`` command about this robot."""
-        return fairlead(*arguments, state=self.state)
+        return fairlead_here(*arguments, state=self.state)
 
     def read(self, *arguments: str) -> Any:
         done = fairlead_here(*arguments, "--json", state=self.state)

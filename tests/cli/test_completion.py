@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.command import fairlead, fairlead_here
 
-pytestmark = pytest.mark.processes
-
+Start = Callable[..., subprocess.CompletedProcess[str]]
 ASKED = {
     "fairlead run oracle-c": "oracle-counter-to-cabinet",
     "fairlead skill show panda-j": "panda-joint-reach",
@@ -20,15 +20,18 @@ ASKED = {
 }
 
 
-@pytest.mark.parametrize("line", ASKED)
-def test_names_are_completed(line: str, tmp_path: Path) -> None:
-    words = {"COMP_WORDS": line, "COMP_CWORD": str(len(line.split()) - 1)}
-    done = subprocess.run(
-        fairlead_command(),
-        env=fairlead_environment(tmp_path) | words | {"_FAIRLEAD_COMPLETE": "complete_bash"},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
+@pytest.mark.parametrize(
+    ("line", "start"),
+    [
+        pytest.param("fairlead up panda_mu", fairlead, marks=pytest.mark.processes),
+        *((line, fairlead_here) for line in ASKED),
+    ],
+)
+def test_names_are_completed(
+    line: str, start: Start, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COMP_WORDS", line)
+    monkeypatch.setenv("COMP_CWORD", str(len(line.split()) - 1))
+    monkeypatch.setenv("_FAIRLEAD_COMPLETE", "complete_bash")
+    done = start(state=tmp_path)
     assert done.stdout.split() == [ASKED[line]], done.stderr

@@ -18,7 +18,7 @@ import pytest
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead.paths import repo_root
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = pytest.mark.processes
 

@@ -30,7 +30,7 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_command, fairlead_environment, fairlead_here
 
 SKILL = "panda-joint-reach"
 
@@ -90,7 +90,7 @@ def test_an_episode_starts_without_a_goal_and_is_confirmed(
     robot: ScratchRobot, tmp_path: Path
 ) -> None:
     robot.client.arm()
-    done = fairlead("episode", "--seed", "7", "-d", str(robot.scratch.file), state=tmp_path)
+    done = fairlead_here("episode", "--seed", "7", "-d", str(robot.scratch.file), state=tmp_path)
     assert done.returncode == 0, done.stderr
     told = re.match(r"\S+ is in a new episode, seed 7, from tick (\d+) on\n", done.stdout)
     assert told is not None, done.stdout
@@ -139,7 +139,7 @@ def test_each_seed_has_its_row_and_all_together_their_share(
     robot: ScratchRobot, tmp_path: Path
 ) -> None:
     words = ("eval", SKILL, "-d", str(robot.scratch.file), "--seeds")
-    done = fairlead(*words, "0:2", state=tmp_path)
+    done = fairlead_here(*words, "0:2", state=tmp_path)
     assert done.returncode == 0, done.stderr
     header, *rows, total = done.stdout.splitlines()
     assert header.split() == [
@@ -151,7 +151,7 @@ def test_each_seed_has_its_row_and_all_together_their_share(
 
     out = tmp_path / "out"
     rest = ("5", "--deadline-ticks", "3", "--json", "--out", str(out))
-    short = fairlead(*words, *rest, state=tmp_path)
+    short = fairlead_here(*words, *rest, state=tmp_path)
     assert short.returncode == 0, short.stderr
     document = json.loads(short.stdout)
     (episode,) = document["episodes"]
@@ -186,14 +186,14 @@ def test_a_slow_policy_is_tried_on_a_copy_of_the_robot_and_what_failed_is_drawn(
         "eval", SKILL, "-d", "panda_mujoco", "--pacing", "realtime", "--seeds", "0", "--json",
         "--out", str(out), "--latency-ms",
     ]  # fmt: skip
-    done = fairlead(*words, "200", state=tmp_path)
+    done = fairlead_here(*words, "200", state=tmp_path)
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
     (episode,) = document["episodes"]
     assert episode["outcome"] == "succeeded", episode
     assert (document["pacing"], document["latency_ms"]) == ("realtime", 200.0)
     # Its observations may be 0.5 s old.
-    late = fairlead(*words, "700", "--deadline-ticks", "40", state=tmp_path)
+    late = fairlead_here(*words, "700", "--deadline-ticks", "40", state=tmp_path)
     (episode,) = json.loads(late.stdout)["episodes"]
     assert (episode["outcome"], list(episode["refusals"])) == ("deadline", ["G006"]), episode
     picture = out / f"{SKILL}-seed-0.png"
@@ -205,7 +205,7 @@ def test_a_slow_policy_is_tried_on_a_copy_of_the_robot_and_what_failed_is_drawn(
 def test_nothing_is_run_while_the_gate_is_stopped(robot: ScratchRobot, tmp_path: Path) -> None:
     stop_id = robot.client.stop("test")
     words = ("eval", SKILL, "-d", str(robot.scratch.file), "--seeds", "0:2", "--json")
-    done = fairlead(*words, state=tmp_path)
+    done = fairlead_here(*words, state=tmp_path)
     robot.client.reset(stop_id)
     assert done.returncode == 1
     document = json.loads(done.stdout)

@@ -17,7 +17,7 @@ from fairlead.robot.manifest import load_robot
 from fairlead.robot.rules import HomePose
 from fairlead_tools.cli import jog
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 KINOVA = load_robot("kinova3")
 BOUNDED = [joint.name for joint in (*KINOVA.joints, *KINOVA.passive_joints) if joint.has_bounds]

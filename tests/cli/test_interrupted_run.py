@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -17,7 +16,7 @@ from fairlead.operate.client import RobotClient
 from fairlead_tools.cli.arming import armed
 from fairlead_tools.supervisor.scratch import ScratchRobot
 from tests.cli.command import fairlead_command, fairlead_environment
-from tests.cli.kinematic_panda import SKILL, kinematic_panda
+from tests.cli.kinematic_panda import SKILL, kinematic_panda, make_idle
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
@@ -27,16 +26,23 @@ SLOW = {"backend": "joint_reach", "options": {
 """It moves for as long as a test may take."""
 
 
-@pytest.fixture
-def robot(tmp_path: Path) -> Iterator[ScratchRobot]:
-    with kinematic_panda(tmp_path, SLOW) as made:
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ScratchRobot]:
+    with kinematic_panda(tmp_path_factory.mktemp("interrupted"), SLOW) as made:
         yield made
 
 
-def run_until_it_moves(robot: ScratchRobot, registry: Path, *before: str) -> subprocess.Popen[str]:
+@pytest.fixture
+def robot(shared: ScratchRobot) -> ScratchRobot:
+    make_idle(shared)
+    return shared
+
+
+def run_until_it_moves(robot: ScratchRobot, *before: str) -> subprocess.Popen[str]:
+    released = counted(robot)
     run = subprocess.Popen(
         [*before, *fairlead_command("run", SKILL, "--deployment", str(robot.scratch.file))],
-        env=fairlead_environment(registry),
+        env=environment(robot),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -44,10 +50,18 @@ def run_until_it_moves(robot: ScratchRobot, registry: Path, *before: str) -> sub
 
     def moves() -> bool:
         assert run.poll() is None, run.communicate()
-        return dict(robot.client.gate_status().counters)["released"] > 0
+        return counted(robot) > released
 
     wait_for(moves, "rows act")
     return run
+
+
+def counted(robot: ScratchRobot) -> int:
+    return dict(robot.client.gate_status().counters)["released"]
+
+
+def environment(robot: ScratchRobot) -> dict[str, str]:
+    return fairlead_environment(robot.scratch.state_dir.parent / "registry")
 
 
 @pytest.mark.parametrize(
@@ -58,9 +72,9 @@ def run_until_it_moves(robot: ScratchRobot, registry: Path, *before: str) -> sub
     ],
 )
 def test_an_interrupted_run_says_how_the_goal_ended_and_disarms(
-    robot: ScratchRobot, tmp_path: Path, ending: signal.Signals
+    robot: ScratchRobot, ending: signal.Signals
 ) -> None:
-    run = run_until_it_moves(robot, tmp_path / "registry")
+    run = run_until_it_moves(robot)
     run.send_signal(ending)
     said, errors = run.communicate(timeout=30.0)
     assert (run.returncode, "cancelled" in said) == (130, True), said + errors
@@ -68,11 +82,11 @@ def test_an_interrupted_run_says_how_the_goal_ended_and_disarms(
 
 
 def test_a_run_in_the_background_of_a_script_is_ended_by_kill(
-    robot: ScratchRobot, tmp_path: Path
+    robot: ScratchRobot,
 ) -> None:
     """A shell without a terminal has such a process ignore Ctrl-C."""
     deaf = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh")
-    run = run_until_it_moves(robot, tmp_path / "registry", *deaf)
+    run = run_until_it_moves(robot, *deaf)
     try:
         run.terminate()
         said, errors = run.communicate(timeout=30.0)
@@ -83,9 +97,9 @@ def test_a_run_in_the_background_of_a_script_is_ended_by_kill(
 
 
 def test_where_the_runner_does_not_confirm_the_robot_is_stopped_and_the_run_says_so(
-    robot: ScratchRobot, tmp_path: Path
+    robot: ScratchRobot,
 ) -> None:
-    run = run_until_it_moves(robot, tmp_path / "registry")
+    run = run_until_it_moves(robot)
     pid = robot.supervisor.pid("runner")
     subprocess.run(["kill", "-STOP", str(pid)], check=True)
     try:
@@ -105,11 +119,11 @@ def test_where_the_runner_does_not_confirm_the_robot_is_stopped_and_the_run_says
 
 
 def test_of_two_runs_the_one_that_armed_and_is_refused_leaves_the_disarming_to_the_other(
-    robot: ScratchRobot, tmp_path: Path
+    robot: ScratchRobot,
 ) -> None:
     with RobotClient(robot.scratch.deployment, by="fairlead run") as refused:
         with pytest.raises(RefusedError, match="is still running"), armed(refused):
-            other = run_until_it_moves(robot, tmp_path / "registry")  # it finds the gate armed
+            other = run_until_it_moves(robot)  # it finds the gate armed
             refused.run(SKILL)
         assert robot.client.gate_status().state == GateState.ARMED
     other.send_signal(signal.SIGINT)
@@ -119,13 +133,13 @@ def test_of_two_runs_the_one_that_armed_and_is_refused_leaves_the_disarming_to_t
 
 
 def test_a_run_without_any_output_ends_as_others_do_and_disarms(
-    robot: ScratchRobot, tmp_path: Path
+    robot: ScratchRobot,
 ) -> None:
     file = str(robot.scratch.file)
     command = fairlead_command("run", SKILL, "-d", file, "--deadline-ticks", "20")
     subprocess.run(
         ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command],
-        env=fairlead_environment(tmp_path / "registry"),
+        env=environment(robot),
         timeout=60.0,
         check=False,
     )

@@ -5,22 +5,21 @@ from __future__ import annotations
 import signal
 import subprocess
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
 from bench.equipment.live_robot import wait_for
 from fairlead.messages import GateState
 from fairlead_tools.supervisor.scratch import ScratchRobot
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
-from tests.cli.kinematic_panda import SKILL, kinematic_panda
+from tests.cli.command import fairlead_command, fairlead_environment, fairlead_here
+from tests.cli.kinematic_panda import SKILL, kinematic_panda, make_idle
 from tests.runner.policy_servers import OpenpiServer
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
 
-@pytest.fixture
-def server() -> Iterator[OpenpiServer]:
+@pytest.fixture(scope="module")
+def silent() -> Iterator[OpenpiServer]:
     """It answers no request before it may go on, and then none at all."""
 
     def late(request: object, number: int) -> None:
@@ -31,13 +30,34 @@ def server() -> Iterator[OpenpiServer]:
     made.close()
 
 
-@pytest.fixture
-def robot(tmp_path: Path, server: OpenpiServer) -> Iterator[ScratchRobot]:
+@pytest.fixture(scope="module")
+def shared(
+    silent: OpenpiServer, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[ScratchRobot]:
     policy = {"backend": "openpi", "options": {
-        "address": server.address, "start": "serve", "connect_timeout_s": 4,
+        "address": silent.address, "start": "serve", "connect_timeout_s": 4,
         "answer_timeout_s": 4}}  # fmt: skip
-    with kinematic_panda(tmp_path, policy) as made:
+    with kinematic_panda(tmp_path_factory.mktemp("loading"), policy) as made:
         yield made
+
+
+@pytest.fixture
+def robot(shared: ScratchRobot) -> ScratchRobot:
+    make_idle(shared)
+    return shared
+
+
+@pytest.fixture
+def server(silent: OpenpiServer, robot: ScratchRobot) -> Iterator[OpenpiServer]:
+    """Nobody has asked it yet."""
+    silent.requests.clear()
+    silent.go_on.clear()
+    yield silent
+    silent.go_on.set()
+
+
+def environment(robot: ScratchRobot) -> dict[str, str]:
+    return fairlead_environment(robot.scratch.state_dir.parent / "registry")
 
 
 def wait_until_it_loads(run: subprocess.Popen[str], server: OpenpiServer) -> None:
@@ -50,13 +70,13 @@ def wait_until_it_loads(run: subprocess.Popen[str], server: OpenpiServer) -> Non
 
 @pytest.mark.parametrize("command", [("run",), ("eval", "--seeds", "0")])
 def test_a_robot_is_not_armed_while_the_policy_loads_nor_if_it_cannot_be_loaded(
-    robot: ScratchRobot, server: OpenpiServer, tmp_path: Path, command: tuple[str, ...]
+    robot: ScratchRobot, server: OpenpiServer, command: tuple[str, ...]
 ) -> None:
     before = robot.client.gate_status()
     name, *words = command
     run = subprocess.Popen(
         fairlead_command(name, SKILL, "-d", str(robot.scratch.file), *words),
-        env=fairlead_environment(tmp_path / "registry"),
+        env=environment(robot),
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -75,11 +95,11 @@ def test_a_robot_is_not_armed_while_the_policy_loads_nor_if_it_cannot_be_loaded(
 
 
 def test_an_interrupted_run_whose_policy_loads_leaves_the_robot_disarmed(
-    robot: ScratchRobot, server: OpenpiServer, tmp_path: Path
+    robot: ScratchRobot, server: OpenpiServer
 ) -> None:
     run = subprocess.Popen(
         fairlead_command("run", SKILL, "-d", str(robot.scratch.file)),
-        env=fairlead_environment(tmp_path / "registry"),
+        env=environment(robot),
         stderr=subprocess.PIPE,
         text=True,
     )
@@ -91,11 +111,11 @@ def test_an_interrupted_run_whose_policy_loads_leaves_the_robot_disarmed(
 
 
 def test_eval_refuses_a_stopped_gate_before_it_says_anything_else(
-    robot: ScratchRobot, tmp_path: Path
+    robot: ScratchRobot,
 ) -> None:
     stop_id = robot.client.stop("test")
     words = ("eval", SKILL, "-d", str(robot.scratch.file), "--seeds", "0:2")
-    done = fairlead(*words, state=tmp_path / "registry")
+    done = fairlead_here(*words, state=robot.scratch.state_dir.parent / "registry")
     robot.client.reset(stop_id)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith("ERROR fairlead eval"), done.stderr

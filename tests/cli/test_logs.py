@@ -15,7 +15,8 @@ import pytest
 from fairlead.deploy.process_table import process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead_tools.supervisor.service_log import ServiceLog
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = pytest.mark.processes
 

@@ -27,7 +27,7 @@ from fairlead.paths import repo_root
 from fairlead_tools.cli import arming
 from fairlead_tools.supervisor.child import is_ready_line
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
 from tests.shape.own_robot import NAME, own_robot, with_hardware
 
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
@@ -76,11 +76,11 @@ def test_stop_stops_every_robot_that_runs_here(gates: list[Gate], tmp_path: Path
     lines = sorted(stopped.stdout.splitlines())
     for gate, line in zip(gates, lines, strict=True):
         assert line.startswith(f"stopped {gate.id}; when it is safe: fairlead reset ")
-        reset = fairlead(*line.partition(": fairlead ")[2].split(), state=state)
+        reset = fairlead_here(*line.partition(": fairlead ")[2].split(), state=state)
         assert reset.returncode == 0, reset.stderr
 
     gates[0].end()
-    again = fairlead("stop", state=state)  # the dead one is not listed any more
+    again = fairlead_here("stop", state=state)  # the dead one is not listed any more
     assert again.returncode == 0 and gates[1].id in again.stdout
 
 
@@ -90,7 +90,7 @@ def test_a_stop_that_one_robot_does_not_take_is_an_error_and_stops_the_others(
 ) -> None:
     gates += [Gate("one", tmp_path), Gate("other", tmp_path)]
     gates[0].process.send_signal(signal.SIGSTOP)
-    stopped = fairlead("stop", state=gates[0].state)
+    stopped = fairlead_here("stop", state=gates[0].state)
     assert stopped.returncode == 1
     assert stopped.stdout.startswith(f"stopped {gates[1].id};")
     assert f"ERROR {gates[0].file}: NOT STOPPED: " in stopped.stderr
@@ -133,7 +133,7 @@ def test_no_name_and_no_reason_keep_a_stop_from_being_sent_and_reset(
     assert stopped.stderr.startswith(f"WARNING {OPERATOR_VARIABLE}: expected ")
     assert "Traceback" not in stopped.stderr
     monkeypatch.delenv(OPERATOR_VARIABLE)
-    reset = fairlead(*stopped.stdout.partition(": fairlead ")[2].split(), state=state)
+    reset = fairlead_here(*stopped.stdout.partition(": fairlead ")[2].split(), state=state)
     assert reset.returncode == 0, reset.stderr
 
 
@@ -143,7 +143,7 @@ def test_a_robot_is_stopped_also_when_its_file_cannot_be_read_any_more(
 ) -> None:
     gates.append(Gate("one", tmp_path))
     gates[0].file.write_text("robot: [", encoding="utf-8")
-    stopped = fairlead("stop", state=gates[0].state)
+    stopped = fairlead_here("stop", state=gates[0].state)
     assert stopped.returncode == 0, stopped.stderr
     assert stopped.stdout.startswith(f"stopped {gates[0].id};")
 
@@ -157,7 +157,7 @@ def test_a_robot_is_stopped_as_it_was_started_whatever_its_file_says_now(
     content = yaml.safe_load(gates[0].file.read_text(encoding="utf-8"))
     content[edit] = "renamed"
     gates[0].file.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
-    stopped = fairlead("stop", state=gates[0].state)
+    stopped = fairlead_here("stop", state=gates[0].state)
     assert stopped.returncode == 0, stopped.stderr
     assert stopped.stdout.startswith(f"stopped {gates[0].id};")
 
@@ -193,7 +193,7 @@ def test_what_a_service_manager_starts_again_is_its_own_to_end(
         gates.append(Gate("one", tmp_path))
     finally:
         os.umask(before)
-    ended = fairlead("down", state=gates[0].state)
+    ended = fairlead_here("down", state=gates[0].state)
     assert ended.returncode == 1
     assert "systemd would start safety again" in ended.stderr
     assert f"sudo systemctl stop fairlead-{gates[0].id}.target" in ended.stderr
@@ -207,7 +207,7 @@ def test_a_robot_that_is_real_is_not_armed_where_nobody_can_be_asked(
     gates: list[Gate], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with_hardware(own_robot(tmp_path / "robots", monkeypatch), {})
-    compiled = fairlead("robot", "compile", NAME, state=tmp_path)
+    compiled = fairlead_here("robot", "compile", NAME, state=tmp_path)
     assert compiled.returncode == 0, compiled.stderr
     gates.append(Gate("real", tmp_path, robot=NAME, profile="hardware", pacing="realtime"))
     state = gates[0].state
@@ -217,7 +217,7 @@ def test_a_robot_that_is_real_is_not_armed_where_nobody_can_be_asked(
         "ERROR arm refused: the robot is real and will move, and there is no terminal to ask at\n"
         "  try: add --yes, if people keep clear of it\n"
     )
-    sure = fairlead("arm", "--yes", state=state)  # the gate has its own reasons: no HAL
+    sure = fairlead_here("arm", "--yes", state=state)  # the gate has its own reasons: no HAL
     assert "safety refused: " in sure.stderr
 
     asked, answered = ask_on_a_terminal(fairlead_command("arm"), state, "n\n")
@@ -268,16 +268,14 @@ def test_a_progress_line_is_never_wider_than_the_terminal(tmp_path: Path) -> Non
     assert rows[3] == "z" * 300 + "\r\n", "in the end it is left whole"
 
 
-@pytest.mark.processes
 @pytest.mark.parametrize("command", ["status --json", "skill show orcale --json", "why --json"])
 def test_with_json_an_error_is_json_too(command: str, tmp_path: Path) -> None:
-    done = fairlead(*command.split(), state=tmp_path)
+    done = fairlead_here(*command.split(), state=tmp_path)
     assert (done.returncode, done.stderr) == (1, "")
     error = json.loads(done.stdout)["error"]
     assert set(error) == {"kind", "message", "fix"} and error["message"]
 
 
-@pytest.mark.processes
 @pytest.mark.parametrize(
     ("command", "message"),
     [
@@ -290,6 +288,6 @@ def test_with_json_an_error_is_json_too(command: str, tmp_path: Path) -> None:
 def test_with_json_a_wrong_command_line_is_json_too(
     command: str, message: str, tmp_path: Path
 ) -> None:
-    done = fairlead(*command.split(), state=tmp_path)
+    done = fairlead_here(*command.split(), state=tmp_path)
     assert (done.returncode, done.stderr) == (2, "")
     assert message in json.loads(done.stdout)["error"]["message"]

@@ -22,7 +22,7 @@ from fairlead.deploy.registry import Registry
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
 from tests.cli.process_list import pids_that_mention
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(200)]
@@ -55,7 +55,7 @@ class Up:
         return next(line for line in self.lines if text in line)
 
     def services(self) -> dict[str, Any]:
-        entries = json.loads(fairlead("ps", "--json", state=self.state).stdout)
+        entries = json.loads(fairlead_here("ps", "--json", state=self.state).stdout)
         return dict(entries[0]["services"]) if entries else {}
 
 
@@ -99,7 +99,7 @@ def test_an_up_that_waits_for_its_router_is_listed_and_ended(
     up = start_up(two_hosts, "--host", "gpu")
     up.wait_line("[up] waiting: router tcp/127.0.0.2:")
     assert up.services()["runner"]["state"] == "waiting"
-    down = fairlead("down", state=up.state)
+    down = fairlead_here("down", state=up.state)
     assert down.returncode == 0, down.stderr
     assert down.stdout == f"stopped w{os.getpid()}:gpu\n"
     assert up.process.wait(timeout=30.0) == 0
@@ -113,9 +113,7 @@ def test_a_gate_that_dies_while_the_robot_comes_up_is_started_again(
     up = start_up(scratch.file)
     assembler = running(up, "state_assembler")
     assembler.send(signal.SIGSTOP)  # so that the start lasts as long as the test wants
-    status = fairlead("status", state=up.state)
-    assert status.returncode == 1, status.stdout
-    assert "starting state_assembler; ask again in a moment" in status.stdout.splitlines()
+    wait_for(lambda: starting(up) == "state_assembler", "the others are ready", 120.0)
 
     up.wait_line(" INFO safety: ready")
     running(up, "safety").send(signal.SIGKILL)
@@ -124,7 +122,7 @@ def test_a_gate_that_dies_while_the_robot_comes_up_is_started_again(
     up.wait_line(" is up; state and logs: ")
     assert up.process.poll() is None
     assert up.services()["safety"]["restarts"] == 1
-    assert fairlead("down", state=up.state).returncode == 0
+    assert fairlead_here("down", state=up.state).returncode == 0
 
 
 def test_a_deployment_that_is_ended_while_it_starts_leaves_no_process(
@@ -133,7 +131,7 @@ def test_a_deployment_that_is_ended_while_it_starts_leaves_no_process(
     options = ScratchOptions(f"early{os.getpid()}", hal=LIGHT_HAL)
     up = start_up(make_scratch(COMPOSE / "panda_mobile_sim.yaml", tmp_path / "early", options).file)
     running(up, "state_assembler").send(signal.SIGSTOP)  # not ready before it is ended
-    down = fairlead("down", state=up.state)
+    down = fairlead_here("down", state=up.state)
     assert (down.returncode, down.stdout) == (0, f"stopped early{os.getpid()}\n"), down.stderr
     assert up.process.wait(timeout=30.0) == 0
     assert [pid for pid in pids_that_mention(up.state) if pid != up.process.pid] == []
@@ -157,15 +155,15 @@ def test_a_detached_up_returns_when_all_is_ready_and_runs_on_until_down(tmp_path
         again = fairlead(*words, state=state)
         assert (again.returncode, again.stdout) == (1, "")
         assert "is already running" in again.stderr
-        (entry,) = json.loads(fairlead("ps", "--json", state=state).stdout)
+        (entry,) = json.loads(fairlead_here("ps", "--json", state=state).stdout)
         assert {one["state"] for one in entry["services"].values()} == {"ready"}
         os.kill(entry["services"]["state_assembler"]["process"]["pid"], signal.SIGKILL)
         log = tmp_path / name / "logs" / "up.log"
         said = "Z INFO up: state_assembler is ready again"
         wait_for(lambda: said in log.read_text(encoding="utf-8"), "its own lines are kept", 60.0)
-        assert fairlead("stop", state=state).returncode == 0
+        assert fairlead_here("stop", state=state).returncode == 0
     finally:
-        ended = fairlead("down", state=state)
+        ended = fairlead_here("down", state=state)
     assert ended.stdout == (
         f"stopped {name}\n"
         "its last gate (safety) did not end disarmed: it will start latched, until fairlead reset\n"
@@ -183,10 +181,10 @@ def test_a_detached_up_does_not_wait_for_what_somebody_else_starts(tmp_path: Pat
         assert done.returncode == 0, done.stderr
         assert "[up] not seen yet: safety; start with: fairlead service FILE safety" in done.stdout
         assert f"stop it: fairlead down {name}\n" in done.stdout
-        (entry,) = json.loads(fairlead("ps", "--json", state=state).stdout)
+        (entry,) = json.loads(fairlead_here("ps", "--json", state=state).stdout)
         assert [one["state"] for one in entry["services"].values()] == ["ready"] * 3
     finally:
-        ended = fairlead("down", state=state)
+        ended = fairlead_here("down", state=state)
     assert ended.stdout == f"stopped {name}\n", ended.stderr
 
 
@@ -224,7 +222,7 @@ def test_a_detached_up_returns_when_the_hal_has_a_fault_before_any_state(tmp_pat
         assert "expected efforts as an array of " in said and said.endswith("fairlead restart hal")
         assert f"stop it: fairlead down {name}\n" in done.stdout
     finally:
-        ended = fairlead("down", state=state)
+        ended = fairlead_here("down", state=state)
     assert ended.stdout.startswith(f"stopped {name}\n"), ended.stderr
 
 
@@ -236,6 +234,14 @@ def test_an_interrupted_detached_start_leaves_nothing(
     up.process.send_signal(signal.SIGINT)
     assert up.process.wait(timeout=30.0) == 130
     assert up.services() == {}
+
+
+def starting(up: Up) -> str:
+    """Who is not ready yet, as ``status`` says it."""
+    status = fairlead_here("status", state=up.state)
+    assert status.returncode == 1, status.stdout
+    [said] = [line for line in status.stdout.splitlines() if line.startswith("starting ")]
+    return said.removeprefix("starting ").removesuffix("; ask again in a moment")
 
 
 def running(up: Up, service: str) -> ProcessId:

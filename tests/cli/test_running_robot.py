@@ -19,6 +19,7 @@ from fairlead.deploy.process_table import command_of
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
 from tests.cli.background_up import SOURCE, Up, end, started_in
 from tests.cli.command import (
+    fairlead,
     fairlead_command,
     fairlead_environment,
 )
@@ -76,7 +77,7 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert_what_cannot_run_is_refused(up)
 
     before = arm_joints(up)
-    done = up.do("run", SKILL, "--deadline-ticks", "40")  # nothing to grasp without physics
+    done = fairlead("run", SKILL, "--deadline-ticks", "40", state=up.state)  # grasps nothing
     assert done.returncode == 1, done.stdout + done.stderr
     assert f"{SKILL} deadline after 4" in done.stdout and "not done after 40 ticks" in done.stdout
     after = up.read("status")["gate"]
@@ -95,7 +96,7 @@ def test_a_robot_is_started_watched_run_and_stopped(start_up: Callable[[str], Up
     assert any(line.endswith(f"accepted: {SKILL}, {who}") for line in logs["runner"])
     assert up.do("logs", "gate").returncode == 1
 
-    stopped = up.do("down")
+    stopped = fairlead("down", state=up.state)
     assert (stopped.returncode, stopped.stdout) == (0, f"stopped {up.name}\n")
     assert up.process.wait(timeout=10.0) == 0
     assert up.processes() == []

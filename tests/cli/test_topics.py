@@ -25,7 +25,7 @@ from fairlead.wire.session import ZenohBus
 from fairlead.wire.topics import find_topic, topics
 from fairlead_tools.cli.topic import message_document, rate_of
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 KEYS = Keys("arm_1", "lab")
 SOURCE = repo_root() / "compose" / "panda_mobile_sim.yaml"
@@ -100,7 +100,6 @@ def test_a_rate_is_gaps_over_time_with_the_shortest_and_longest_gap() -> None:
     assert [round(value, 6) for value in rates.values()] == [3, 10.0, 50.0, 150.0]
 
 
-@pytest.mark.processes
 @pytest.mark.parametrize("words", ["list", "echo state/joints", "hz state/joints"])
 def test_with_nothing_running_it_says_how_to_start_one(words: str, tmp_path: Path) -> None:
     done = fairlead("topic", *words.split(), state=tmp_path)
@@ -108,7 +107,6 @@ def test_with_nothing_running_it_says_how_to_start_one(words: str, tmp_path: Pat
     assert "no deployment runs on this machine; start one: fairlead up" in done.stderr
 
 
-@pytest.mark.processes
 def test_a_deployment_of_which_nobody_answers_is_named(tmp_path: Path) -> None:
     scratch = make_scratch(SOURCE, tmp_path / "gone", ScratchOptions(f"gone{os.getpid()}"))
     done = fairlead("topic", "list", "-d", str(scratch.file), state=tmp_path)
@@ -126,7 +124,6 @@ def quiet_robot(tmp_path: Path) -> Iterator[Path]:
     bus.close()
 
 
-@pytest.mark.processes
 def test_a_silent_key_is_given_up_after_the_timeout(quiet_robot: Path, tmp_path: Path) -> None:
     arguments = ("topic", "echo", "state/joints", "-d", str(quiet_robot), "--timeout", "0.3")
     done = fairlead(*arguments, state=tmp_path)

@@ -30,7 +30,7 @@ def hal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunningHal]:
 
 
 def test_a_hal_that_is_no_simulator_is_not_moved_unasked(hal: RunningHal, tmp_path: Path) -> None:
-    done = fairlead("hal", "check", str(hal.file), state=tmp_path)
+    done = fairlead_here("hal", "check", str(hal.file), state=tmp_path)
     assert done.returncode == 1
     assert "no simulator's: the robot will move, and no gate judges how" in done.stderr
     assert "--yes" in done.stderr
@@ -42,7 +42,7 @@ def test_a_gate_that_is_alive_is_named_and_nothing_is_sent(hal: RunningHal, tmp_
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as gate:
         try:
             assert gate.stdout is not None and any("session" in line for line in gate.stdout)
-            done = fairlead("hal", "check", str(hal.file), "--yes", state=tmp_path)
+            done = fairlead_here("hal", "check", str(hal.file), "--yes", state=tmp_path)
         finally:
             gate.kill()
     assert done.returncode == 1
@@ -68,7 +68,7 @@ def test_a_broken_one_fails_with_what_was_expected_and_a_fix(
     with running_hal(tmp_path, "drifting", wanted) as running:
         words = ["hal", "check", str(running.file), "--yes", "--hold-s", "0.5"]
         table = fairlead(*words, state=tmp_path)
-        document = _document(fairlead(*words, "--json", state=tmp_path))
+        document = _document(fairlead_here(*words, "--json", state=tmp_path))
     assert table.returncode == 1
     assert "FAILED a hold does not drift: elbow_joint moved by" in table.stdout
     assert "fix: keep one setpoint" in table.stdout

@@ -17,7 +17,7 @@ from fairlead.paths import deployment_path, gate_binary, robot_dir
 from fairlead.robot.gate_file import sealed
 from fairlead_tools.supervisor.child import is_ready_line
 from fairlead_tools.supervisor.command_line import check_gate_file
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = pytest.mark.processes
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,8 @@ from fairlead_tools.supervisor.this_host import free_ports
 START_S = 120.0
 """A simulator and its renderer take tens of seconds to start on a busy machine."""
 
+_NUMBERS = count()
+
 
 class HalProcess:
     """One HAL process in its own folder, and a bus that reaches it."""
@@ -34,7 +37,7 @@ class HalProcess:
         self.state_dir.mkdir(exist_ok=True)
         self.spec: dict[str, Any] = {
             "robot": "panda_mobile",
-            "id": f"tested{os.getpid()}",
+            "id": f"tested{os.getpid()}_{next(_NUMBERS)}",
             "pacing": pacing,
             "access": "open",  # one session is everybody but the HAL
             "services": {

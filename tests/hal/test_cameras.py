@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from bench.equipment.rendering import CAN_RENDER
+from fairlead.errors import ConfigError
 from fairlead.messages import HalStatus, Image, StatusQuery, decode
+from fairlead_hal_sim import graphics_choice
 from fairlead_hal_sim.camera_process import start_camera_process
 from fairlead_hal_sim.options import CameraOptions, SimulatorOptions
 from fairlead_hal_sim.robosuite_backend import RobosuiteBackend
@@ -62,12 +64,10 @@ def test_lockstep_sends_the_due_frames_with_every_repeat_of_the_tick(tmp_path: P
     hal.close()
 
 
-def test_a_camera_the_environment_does_not_have_is_refused_with_those_it_has(
-    tmp_path: Path,
-) -> None:
-    camera = {**CAMERA.model_dump(), "name": "attic"}
-    with pytest.raises(AssertionError, match="'attic' .valid: overview, top"):
-        HalProcess(tmp_path, "lockstep", run="hal_sim", cameras=[camera])
+def test_a_camera_the_environment_does_not_have_is_refused_with_those_it_has() -> None:
+    attic = CAMERA.model_copy(update={"name": "attic"})
+    with pytest.raises(ConfigError, match="'attic' .valid: overview, top"):
+        RobosuiteBackend(SimulatorOptions(cameras=(attic,)))
 
 
 @pytest.mark.thorough
@@ -85,21 +85,22 @@ def test_without_a_working_renderer_the_hal_runs_and_says_that_cameras_are_off(
     hal.close()
 
 
-@pytest.mark.parametrize(
-    ("choice", "why"),
-    [
-        ("disable", "MUJOCO_GL=disable switches rendering off"),
-        ("vulkan", "MUJOCO_GL: expected a renderer, got 'vulkan' "
-         "(valid: egl, osmesa, glfw, glx, disabled)"),
-    ],
-)  # fmt: skip
 def test_a_choice_that_renders_nothing_is_said_in_one_line_and_the_hal_runs(
-    choice: str, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("MUJOCO_GL", choice)
+    monkeypatch.setenv("MUJOCO_GL", "vulkan")
     hal = HalProcess(tmp_path, "lockstep", run="hal_sim", cameras=[CAMERA.model_dump()])
     hal.collect(hal.keys.joints, 2)
     log = hal.log.read_text()
-    assert f"cameras off: {why}\n" in log
+    why = "expected a renderer, got 'vulkan' (valid: egl, osmesa, glfw, glx, disabled)"
+    assert f"cameras off: MUJOCO_GL: {why}\n" in log
     assert "Traceback" not in log
     hal.close()
+
+
+def test_an_operator_who_switches_rendering_off_is_told_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(graphics_choice, "CHOICE", "disable")
+    assert graphics_choice.renderers() == []
+    assert graphics_choice.why_none() == "MUJOCO_GL=disable switches rendering off"

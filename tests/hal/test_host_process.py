@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -38,6 +39,14 @@ pytestmark = pytest.mark.processes
 PERIOD_MS = 50
 LEASE_LIFE_MS = 75
 BASE = 2
+
+
+@pytest.fixture(scope="module")
+def idle(tmp_path_factory: pytest.TempPathFactory) -> Iterator[HalProcess]:
+    """One whom nobody commands, for all who only listen."""
+    hal = HalProcess(tmp_path_factory.mktemp("idle"), "realtime")
+    yield hal
+    hal.close()
 
 
 def drive(gate: LiveGate, horizon: int = 64) -> None:
@@ -92,9 +101,9 @@ def reset(hal: HalProcess, seed: int) -> ResetEpisodeReply:
     return decode(ResetEpisodeReply, hal.bus.query(key, ResetEpisode(seed=seed), 20.0))
 
 
-def test_status_names_the_robot_its_parts_and_its_pacing(realtime: HalProcess) -> None:
-    realtime.wait_until(lambda: bool(realtime.motion()), "the first tick")
-    status = decode(HalStatus, realtime.bus.query(realtime.keys.hal_status, StatusQuery(), 5.0))
+def test_status_names_the_robot_its_parts_and_its_pacing(idle: HalProcess) -> None:
+    idle.wait_until(lambda: bool(idle.motion()), "the first tick")
+    status = decode(HalStatus, idle.bus.query(idle.keys.hal_status, StatusQuery(), 5.0))
     robot = load_robot("panda_mobile")
     assert status.robot_hash == robot.robot_hash
     assert status.joints == robot.joint_names
@@ -102,8 +111,8 @@ def test_status_names_the_robot_its_parts_and_its_pacing(realtime: HalProcess) -
     assert (status.pacing, status.period_ns, status.state) == ("realtime", 50_000_000, "ready")
 
 
-def test_realtime_ticks_come_in_order_at_the_control_rate(realtime: HalProcess) -> None:
-    states = [decode(JointState, s.payload) for s in realtime.collect(realtime.keys.joints, 20)]
+def test_realtime_ticks_come_in_order_at_the_control_rate(idle: HalProcess) -> None:
+    states = [decode(JointState, s.payload) for s in idle.collect(idle.keys.joints, 20)]
     ticks = [state.tick for state in states]
     assert ticks == list(range(ticks[0], ticks[0] + 20))
     assert {part.hold for state in states for part in state.acted} == {Hold.STARTING}
@@ -111,21 +120,20 @@ def test_realtime_ticks_come_in_order_at_the_control_rate(realtime: HalProcess) 
     assert 45 <= np.median(spans) <= 60
 
 
-def test_each_tick_sends_its_transforms_before_its_joints(realtime: HalProcess) -> None:
-    samples = realtime.collect(f"{realtime.keys.namespace}/{realtime.keys.robot}/**", 60)
+def test_each_tick_sends_its_transforms_before_its_joints(idle: HalProcess) -> None:
+    samples = idle.collect(f"{idle.keys.namespace}/{idle.keys.robot}/**", 60)
     newest_transform = 0
     for sample in samples:
-        if sample.key == realtime.keys.tf("hal"):
+        if sample.key == idle.keys.tf("hal"):
             batch = decode(TransformBatch, sample.payload)
             newest_transform = newest_transform if batch.is_static else batch.tick
-        elif sample.key == realtime.keys.joints and newest_transform:
+        elif sample.key == idle.keys.joints and newest_transform:
             assert decode(JointState, sample.payload).tick == newest_transform
 
 
-def test_static_transforms_come_again_for_late_joiners(realtime: HalProcess) -> None:
+def test_static_transforms_come_again_for_late_joiners(idle: HalProcess) -> None:
     batches = [
-        decode(TransformBatch, sample.payload)
-        for sample in realtime.collect(realtime.keys.tf("hal"), 45)
+        decode(TransformBatch, sample.payload) for sample in idle.collect(idle.keys.tf("hal"), 45)
     ]
     static = [batch for batch in batches if batch.is_static]
     assert 1 <= len(static) <= 4

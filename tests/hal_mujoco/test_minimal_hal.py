@@ -19,7 +19,7 @@ from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command, service_environment
 from fairlead_tools.supervisor.scratch import Scratch, ScratchOptions, make_scratch
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.hal_mujoco.joint_reach import RUNNER, SKILL, SOURCE, goal_position
 
 EXAMPLE = repo_root() / "docs" / "examples" / "minimal_hal.py"

@@ -9,7 +9,7 @@ import pytest
 
 from fairlead_tools.learn import record
 from fairlead_tools.learn.dataset import Episode, read_header
-from tests.cli.command import fairlead, fairlead_here
+from tests.cli.command import fairlead_here
 from tests.learn.drawn import EXPERT, drawn_episode
 
 SKILL = "oracle-reach-cube"
@@ -22,7 +22,7 @@ def test_with_only_a_number_of_episodes_seeds_are_from_0_on_and_the_folder_is_th
 ) -> None:
     monkeypatch.chdir(tmp_path)
     words = ("dataset", "record", SKILL, "--episodes", "2", "--ticks", "2")
-    done = fairlead(*words, "-d", "ur5e_robosuite", state=tmp_path / "registry")
+    done = fairlead_here(*words, "-d", "ur5e_robosuite", state=tmp_path / "registry")
     assert done.returncode == 0, done.stdout + done.stderr
     folder = Path("out/datasets") / SKILL
     assert done.stdout == f"{folder}: 0 of 2 episodes succeeded\n"

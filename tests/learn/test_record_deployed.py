@@ -18,7 +18,7 @@ from fairlead_tools.learn.dataset import Episode, episodes, read_header
 from fairlead_tools.learn.record import record
 from fairlead_tools.parity import deployed_episode
 from fairlead_tools.parity.deployed_episode import by_tick
-from tests.cli.command import fairlead, fairlead_here
+from tests.cli.command import fairlead_here
 
 SKILL, EXPERT, TICKS = "leaps-once", "oracle-counter-to-cabinet", 16
 SOURCE = "panda_mobile_sim"
@@ -60,7 +60,7 @@ def write_skill(folder: Path) -> None:
 def recorded(skill: str, folder: Path, source: str = SOURCE) -> Episode:
     out = folder / "data"
     words = ("dataset", "record", skill, "--seeds", "5", "--ticks", str(TICKS), "--deployed")
-    done = fairlead(*words, "--out", str(out), "-d", source, state=folder / "registry")
+    done = fairlead_here(*words, "--out", str(out), "-d", source, state=folder / "registry")
     assert done.returncode == 0, done.stdout + done.stderr
     (episode,) = episodes(out)
     return episode

@@ -17,8 +17,8 @@ from bench.equipment.live_robot import wait_for
 from fairlead.deploy.deployment import load_deployment
 from fairlead.errors import ConfigError
 from fairlead_tools.supervisor.command_line import service_command
-from tests.cli.command import fairlead as command
-from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_here as command
 from tests.plugins.package import install, run
 from tests.repo.tree import ROOT
 
@@ -171,10 +171,10 @@ def test_a_hal_of_real_robots_waits_for_nobody_and_warns_of_a_simulators_limits(
     tmp_path: Path,
 ) -> None:
     file = deployment(tmp_path, {"run": "hal_so101", "options": {"port": "/dev/none"}})
-    refused = command("service", str(file), "hal", state=tmp_path)
+    refused = fairlead("service", str(file), "hal", state=tmp_path)
     assert "service hal: hal_so101: pacing: expected realtime, got lockstep" in refused.stdout
     file.write_text(file.read_text().replace("lockstep", "realtime"))
-    warned = command("service", str(file), "hal", state=tmp_path)
+    warned = fairlead("service", str(file), "hal", state=tmp_path)
     said = "profile sim has the limits of a simulator, and hal_so101 may move a real robot"
     assert said in warned.stdout
     assert warned.returncode == 1

@@ -38,7 +38,7 @@ def test_the_shipped_skill_is_admitted_on_its_robot() -> None:
     Admission(SKILL, ROBOT).require(HAL)
 
 
-def test_a_goal_compiles_each_gate_file_once_however_often_a_hal_is_held_against_it(
+def test_a_robot_s_gate_files_are_compiled_once_for_all_goals_and_hals_held_against_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     compiled: list[str] = []
@@ -48,11 +48,14 @@ def test_a_goal_compiles_each_gate_file_once_however_often_a_hal_is_held_against
         return compile_gate_config(robot, profile)
 
     monkeypatch.setattr("fairlead.skill.limit_overrides.compile_gate_config", counted)
-    admission = Admission(SKILL, ROBOT)
-    admission.require()
-    admission.require(HAL)
-    admission.require(HAL)
-    assert compiled == list(ROBOT.safety)
+    robot = load_robot("panda_mobile")
+    for _ in range(2):
+        admission = Admission(SKILL, robot)
+        admission.require()
+        admission.require(HAL)
+    assert compiled == list(robot.safety)
+    Admission(SKILL, load_robot("panda_mobile")).require()
+    assert compiled == list(robot.safety) * 2, "it was loaded anew, and may be another"
     assert admission.routes == resolve_routes(SKILL.action_contract, ROBOT)
 
 

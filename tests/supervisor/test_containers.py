@@ -17,7 +17,8 @@ import yaml
 from fairlead.paths import deployment_path, repo_root
 from fairlead_tools.deploy.containers import FILE, HOME
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from tests.cli.command import TIMEOUT_S, fairlead, fairlead_command
+from tests.cli.command import TIMEOUT_S, fairlead_command
+from tests.cli.command import fairlead_here as fairlead
 from tests.supervisor.two_hosts_file import content as two_hosts
 
 pytestmark = pytest.mark.processes

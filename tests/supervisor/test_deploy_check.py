@@ -19,7 +19,7 @@ from fairlead.paths import repo_root
 from fairlead_tools.deploy.all_hosts import ask_host, compare
 from fairlead_tools.deploy.host_report import HostReport
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment, fairlead_here
+from tests.cli.command import fairlead_command, fairlead_environment, fairlead_here
 from tests.supervisor.two_hosts_file import content
 from tests.system.two_networks import TwoNetworks, two_networks
 
@@ -112,7 +112,7 @@ def test_two_hosts_are_asked_and_each_mistake_is_said_with_its_fix(
         assert "router: no certificate " in reports["robot"].problems[0]
         assert "fairlead certs new" in reports["gpu"].problems[0]
 
-        made = fairlead("certs", "new", str(file), state=tmp_path)
+        made = fairlead_here("certs", "new", str(file), state=tmp_path)
         assert made.returncode == 0, made.stderr
         code, reports, problems = check(network, file)
         assert (code, problems) == (0, []), reports
@@ -204,7 +204,7 @@ def test_another_version_on_a_host_is_named_also_where_its_answer_has_other_fiel
     def asked(*words: str) -> str:
         reach = ["--reach", shlex.join([*words, "ASKED_AT={address}"])]
         program = ["--program", shlex.join(fairlead_command())]
-        done = fairlead("deploy", "check", str(file), *reach, *program, state=tmp_path)
+        done = fairlead_here("deploy", "check", str(file), *reach, *program, state=tmp_path)
         assert done.returncode == 1
         return done.stdout
 
@@ -270,14 +270,14 @@ def test_a_host_that_cannot_be_asked_is_a_problem_with_what_to_do_by_hand(tmp_pa
     file = tmp_path / "two.yaml"
     file.write_text(yaml.safe_dump(content(access="open")), encoding="utf-8")
     reach = "sh -c 'echo no route to {address} >&2; exit 255'"
-    done = fairlead("deploy", "check", str(file), "--reach", reach, state=tmp_path)
+    done = fairlead_here("deploy", "check", str(file), "--reach", reach, state=tmp_path)
     assert done.returncode == 1
     assert (
         "PROBLEM host gpu: cannot be asked: no route to 192.0.2.1; by hand, there: " in done.stdout
     )
     assert f"fairlead deploy check {file} --host gpu\n" in done.stdout
     assert "host robot: ready to start: router, hal, safety, state_assembler" in done.stdout
-    wrong = fairlead("deploy", "check", str(file), "--reach", "ssh {adress}", state=tmp_path)
+    wrong = fairlead_here("deploy", "check", str(file), "--reach", "ssh {adress}", state=tmp_path)
     assert wrong.returncode == 1
     assert wrong.stderr.endswith(
         "ERROR --reach: expected words and {address}, got 'ssh {adress}'\n"

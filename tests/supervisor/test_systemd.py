@@ -16,7 +16,8 @@ from fairlead.deploy.registry import running_name
 from fairlead.paths import deployment_path
 from fairlead_tools.deploy.systemd_units import systemd_units
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch
-from tests.cli.command import fairlead, fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_command, fairlead_environment
+from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = pytest.mark.processes
 

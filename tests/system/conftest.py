@@ -34,9 +34,8 @@ def light_scratch(tmp_path: Path) -> Callable[[Pacing], Scratch]:
     return make
 
 
-def _live(folder: Path, pacing: Pacing, registry: Registry) -> Iterator[LiveRobot]:
-    scratch = make_scratch(SOURCE, folder, ScratchOptions(pacing=pacing))
-    with scratch_robot(scratch, registry) as robot:
+def _live(folder: Path, options: ScratchOptions, registry: Registry) -> Iterator[LiveRobot]:
+    with scratch_robot(make_scratch(SOURCE, folder, options), registry) as robot:
         yield LiveRobot(robot)
 
 
@@ -45,15 +44,17 @@ def lockstep_robot(
     tmp_path_factory: pytest.TempPathFactory, registry: Registry
 ) -> Iterator[LiveRobot]:
     """One robot for a module's tests, in lockstep."""
-    yield from _live(tmp_path_factory.mktemp("lockstep") / "state", "lockstep", registry)
+    options = ScratchOptions(pacing="lockstep")
+    yield from _live(tmp_path_factory.mktemp("lockstep") / "state", options, registry)
 
 
 @pytest.fixture(scope="module")
 def realtime_robot(
     tmp_path_factory: pytest.TempPathFactory, registry: Registry
 ) -> Iterator[LiveRobot]:
-    """One robot for a module's tests, at its own rate."""
-    yield from _live(tmp_path_factory.mktemp("realtime") / "state", "realtime", registry)
+    """One robot without physics for a module's tests, at its own rate."""
+    options = ScratchOptions(pacing="realtime", hal=LIGHT_HAL)
+    yield from _live(tmp_path_factory.mktemp("realtime") / "state", options, registry)
 
 
 @pytest.fixture(scope="session")

@@ -25,7 +25,7 @@ from fairlead_tools.supervisor.scratch import (
     scratch_robot,
 )
 from fairlead_tools.supervisor.this_host import free_ports
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 from tests.runner.policy_servers import (
     OpenpiServer,
     RldxServer,

@@ -22,7 +22,7 @@ from fairlead.messages import (
 from fairlead_tools.supervisor.scratch import Scratch, scratch_robot
 from tests.system.injector import ROWS, SOURCE, Injector
 
-pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
 
 @contextmanager

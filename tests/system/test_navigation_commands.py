@@ -18,7 +18,7 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.simulator, pytest.mark.timeout(300)]
 

@@ -17,7 +17,7 @@ from fairlead_tools.supervisor.scratch import (
     make_scratch,
     scratch_robot,
 )
-from tests.cli.command import fairlead, fairlead_here, terminal
+from tests.cli.command import fairlead_here, terminal
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 
@@ -62,7 +62,8 @@ def test_a_base_in_lockstep_drives_ahead_turns_and_stands_between(
 
 def test_a_base_is_jogged_along_its_own_axes(running: ScratchRobot, tmp_path: Path) -> None:
     where = ("--deployment", str(running.scratch.file))
-    done = fairlead("jog", "x", "-0.2", "--part", "base", "--speed", "1", *where, state=tmp_path)
+    words = ("jog", "x", "-0.2", "--part", "base", "--speed", "1")
+    done = fairlead_here(*words, *where, state=tmp_path)
     assert done.returncode == 0, done.stderr
     assert -0.22 < float(done.stdout.split()[2]) < -0.18
 

@@ -15,7 +15,8 @@ from bench.equipment.terminal import Terminal
 from fairlead.messages import FloatArray, GateState, floats
 from fairlead.robot.manifest import load_robot
 from fairlead_tools.supervisor.scratch import ScratchRobot
-from tests.cli.command import fairlead, terminal
+from tests.cli.command import fairlead_here as fairlead
+from tests.cli.command import terminal
 from tests.teleop.slow_robot import slow_robot
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]

@@ -11,7 +11,7 @@ from fairlead.deploy.registry import Registry
 from fairlead.messages import Hold
 from fairlead.paths import deployment_path
 from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
-from tests.cli.command import fairlead
+from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(120)]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 from fairlead.robot.gate_file import compile_gate_config
@@ -33,12 +34,32 @@ _OF_THE_JOINTS = {"joint_velocity": "velocity_limit"}
 
 def limit_problems(skill: SkillManifest, robot: RobotManifest, profile: str) -> list[str]:
     """Every way the skill asks for more than a safety profile of the robot allows."""
-    config = json.loads(compile_gate_config(robot, profile))
+    config = _gate_file(_Same(robot), profile)
     found = [
         *_protocol_problems(skill, robot.tick_period_ns, config["protocol"]),
         *override_problems(skill.limits, config),
     ]
     return [f"{text} (profile {profile})" for text in found]
+
+
+class _Same:
+    """A robot as it was loaded: what is compiled of it holds for no other, equal or not."""
+
+    def __init__(self, robot: RobotManifest) -> None:
+        self.robot = robot
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.robot is other.robot
+
+    def __hash__(self) -> int:
+        return id(self.robot)
+
+
+@lru_cache(maxsize=8)
+def _gate_file(same: _Same, profile: str) -> dict[str, Any]:
+    """Compiled once, however many skills are held against it."""
+    config: dict[str, Any] = json.loads(compile_gate_config(same.robot, profile))
+    return config
 
 
 def override_problems(limits: Iterable[SkillLimit], config: dict[str, Any]) -> list[str]:

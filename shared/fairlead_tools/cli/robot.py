@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from itertools import chain, repeat
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,6 +20,9 @@ from fairlead_tools.cli.robot_capsules import capsules_command, distances_comman
 from fairlead_tools.cli.robot_new import check_command, measure_command, new_command
 from fairlead_tools.limits.bounds import Bound, robot_bounds
 from fairlead_tools.limits.effective_limits import effective_limits
+
+if TYPE_CHECKING:
+    from fairlead_tools.shape.robot_model import RobotModel
 
 ProfileOption = Annotated[str, typer.Option(help="safety profile")]
 
@@ -191,7 +194,7 @@ def compile_command(
     nothing = f"robot.yaml names none (simulator.model), and {robot}.xml is not there"
     alone = f"{manifest.description} is compared with no model: {nothing}"
     echo(alone if model is None else model.check())
-    _warn_of_uncovered(manifest)
+    _warn_of_uncovered(manifest, model)
     stale = []
     for profile in manifest.safety:
         path = robot_dir(robot) / f"gate.{profile}.json"
@@ -210,13 +213,14 @@ def compile_command(
         raise typer.Exit(1)
 
 
-def _warn_of_uncovered(manifest: RobotManifest) -> None:
+def _warn_of_uncovered(manifest: RobotManifest, model: RobotModel | None) -> None:
     """The gate sees nothing of a robot but its capsules."""
-    from fairlead_tools.shape.geometry import geometry_source
+    from fairlead_tools.shape.geometry import geometry_source, model_geometry
     from fairlead_tools.shape.robot_shape import RobotShape
 
     try:
-        shape = RobotShape(manifest, geometry_source(manifest, None), lambda _: None)
+        source = geometry_source(manifest, None) if model is None else model_geometry(model)
+        shape = RobotShape(manifest, source, lambda _: None)
     except ConfigError:
         return  # nothing here has its geometry
     for problem in shape.uncovered(load_capsules(manifest).capsules):

@@ -205,7 +205,7 @@ def geometry_source(robot: RobotManifest, model: str | None) -> GeometrySource:
     """
     found = robot_model(robot, model, _WHO)
     if found is not None:
-        return _of_model(found)
+        return model_geometry(found)
     compiled = urdf_model(robot)
     frames = description_tree(robot).frames
     named = {body: str(compiled.body(body).name) for body in range(compiled.nbody)}
@@ -216,7 +216,8 @@ def geometry_source(robot: RobotManifest, model: str | None) -> GeometrySource:
     return GeometrySource(robot.description, compiled, carriers, {}, agreement)
 
 
-def _of_model(found: RobotModel) -> GeometrySource:
+def model_geometry(found: RobotModel) -> GeometrySource:
+    """The geometry of a model, as `geometry_source`."""
     agreement = found.check()
     links = _links(found)
     carriers = {
