@@ -1,9 +1,10 @@
 """Scripted, learned, remote and late policies on the same tasks: how often they succeed.
 
-    .venv/bin/python -m bench.policies [--seeds 0:10] [--only TEXT] [--json]
+    .venv/bin/python -m bench.policies [--seeds 0:10] [--only TEXT] [--json] [--write]
 
 Each line is one ``fairlead eval`` on a robot of its own. *remote*: the same policy behind
-``fairlead serve-policy``, asked over openpi's protocol.
+``fairlead serve-policy``, asked over openpi's protocol. --write puts the table into
+docs/learned-policies.md.
 """
 
 from __future__ import annotations
@@ -22,9 +23,11 @@ from typing import Any
 
 import yaml
 
-from fairlead.paths import deployment_path
+from bench.page import Write, write_table
+from fairlead.paths import deployment_path, repo_root
 from fairlead.skill.manifest import skill_ids
 
+PAGE = Path("docs/learned-policies.md")
 FAIRLEAD = str(Path(sys.executable).with_name("fairlead"))
 MOBILE, ARM = "panda_mobile_sim", "panda_mujoco"
 EXPERT, LEARNED, REACH = "oracle-counter-to-cabinet", "bc-counter-to-cabinet", "panda-joint-reach"
@@ -161,7 +164,10 @@ def main() -> int:
         "--keep", type=Path, help="folder of finished cases, which are not done again"
     )
     parser.add_argument("--json", action="store_true", help="print the documents instead")
+    parser.add_argument("--write", action=Write, page=PAGE, help=f"put the table into {PAGE}")
     args = parser.parse_args()
+    if args.write and args.only:
+        parser.error("--write: not with --only, the table has every case")
     known = set(skill_ids())
     lines, documents = [HEADER], []
     for case in CASES:
@@ -172,6 +178,8 @@ def main() -> int:
         lines.append(row(case, found))
         documents.append({"case": case.name, **found})
     text = "\n".join(lines)
+    if args.write:
+        write_table("policies", text, repo_root() / PAGE)
     print(json.dumps(documents, indent=2) if args.json else text)
     return 0
 
