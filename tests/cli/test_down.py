@@ -18,6 +18,7 @@ import pytest
 from fairlead.deploy.process_table import ProcessId, process_id
 from fairlead.deploy.registry import Registry, Running, ServiceEntry
 from fairlead.paths import repo_root
+from tests.cli.command import fairlead as in_a_process
 from tests.cli.command import fairlead_here as fairlead
 
 pytestmark = pytest.mark.processes
@@ -143,7 +144,7 @@ def test_a_supervisor_that_is_paused_once_its_service_was_ended_is_named(
     with running("-c", SUPERVISOR) as supervisor, ThreadPoolExecutor(1) as person:
         listed = service(started(bystander))
         registry.write(Running("r", str(FILE), str(tmp_path), started(supervisor), listed))
-        asked = person.submit(fairlead, "restart", "hal", state=registry.root)
+        asked = person.submit(in_a_process, "restart", "hal", state=registry.root)
         assert bystander.wait(timeout=60.0) != 0
         supervisor.send_signal(signal.SIGSTOP)
         said = asked.result(timeout=60.0).stderr

@@ -62,7 +62,7 @@ def test_a_skill_whose_cameras_the_deployment_lacks_is_refused_before_anything_s
 @pytest.mark.parametrize(
     ("skill", "why"),
     [
-        ("ur5e-tool-motion", "; got others; see"),
+        ("ur5e-tool-motion", "for every part; got others"),
         ("ur5e-reach", "does not offer arm joint_position"),
     ],
 )

@@ -26,7 +26,7 @@ def test_the_gate_gets_its_compiled_file_and_connects_to_the_services_above_it()
     *command, option, access = command
     assert (option, json.loads(Path(access).read_text())) == (
         "--access",
-        deployment.endpoints("safety").access,
+        deployment.endpoints("safety").part,
     )
     assert Path(access).stat().st_mode & 0o777 == 0o600
     assert command == [
