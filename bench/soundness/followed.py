@@ -37,8 +37,8 @@ class Soundness:
     told: list[str] = field(default_factory=list)
 
     def see(self, rule: str, room: float, what: str) -> None:
-        """So much room is left of a rule; below 0 it is broken."""
+        """So much room is left of a rule; below 0, or no number, it is broken."""
         self.worst[rule] = min(self.worst[rule], room)
-        if room < 0.0:
+        if not room >= 0.0:
             self.breaches[rule] += 1
             self.told.append(f"{rule} {room:.5f}: {what}")

@@ -269,12 +269,12 @@ class KinematicCampaign:
         sags = np.array(["sagging" in what for what in whats])
         meant = self.arena.room(np.stack(told)) if sags.any() else rooms
         for rule, free in rooms.items():
-            if not np.isfinite(free).all():
+            if np.isposinf(free).all():
                 continue  # nothing of the kind on this robot
             drifted = free - self._drifts.get(rule, 0.0) * np.array(drives)
             room = np.where(sags, drifted + 2.0 * np.maximum(meant[rule] - free, 0.0), drifted)
             self.found.worst[rule] = min(self.found.worst[rule], float(room.min()))
-            for index in np.flatnonzero(room < -NUMERIC):
+            for index in np.flatnonzero(~(room >= -NUMERIC)):
                 self.found.see(rule, float(room[index]), whats[index])
         self._waiting = []
 

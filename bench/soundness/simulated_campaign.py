@@ -114,7 +114,7 @@ class SimulatedCampaign:
         found.held += not done.commands
         for rule, room in self._rooms(done.after.positions, done.after.velocities).items():
             found.worst[rule] = min(found.worst[rule], room)
-            if room < 0.0:
+            if not room >= 0.0:
                 found.breaches[rule] += 1
                 modes = {part: told.mode.yaml_name for part, told in done.commands.items()}
                 arms = [self._robot.part(part) for part in modes]

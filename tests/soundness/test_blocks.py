@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from bench.soundness.blocks import Block, blocks_of, kept_work, merged
+from bench.soundness.followed import Soundness
 from bench.soundness.simulated_campaign import Simulated
 from bench.soundness.usability import Usability
 
@@ -44,3 +45,11 @@ def test_a_block_that_is_kept_is_not_done_again(tmp_path: Path) -> None:
     file.write_bytes(file.read_bytes().replace(b"chunks", b"chunk_"))
     again = kept_work(block, tmp_path)
     assert not hasattr(first, "chunk_") and hasattr(again, "chunk_")
+
+
+def test_a_place_that_is_no_number_is_a_breach() -> None:
+    found = Soundness()
+    found.see("bounds", 0.1, "inside")
+    assert not found.breaches
+    found.see("bounds", float("nan"), "nowhere")
+    assert found.breaches == {"bounds": 1} and found.told == ["bounds nan: nowhere"]
