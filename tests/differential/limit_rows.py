@@ -72,7 +72,8 @@ class LimitMover:
         part, joint = self._file.parts[rows.part], self._file.joints[column]
         step = part.modes[rows.mode]["step_limit"][part.joints.index(column)]
         edges = [start - step, start, start + step]
-        edges += [start - step - joint.tolerance, start + step + joint.tolerance]
+        rooms = (step + joint.tolerance, 2.0 * step + joint.tolerance)
+        edges += [start + way * room for room in rooms for way in (-1.0, 1.0)]
         if MODES[rows.mode] == "joint_velocity":
             return [*edges, -joint.velocity_limit, joint.velocity_limit, 0.0]
         if math.isinf(joint.lower):

@@ -41,6 +41,8 @@ def pose_jumps(
 ) -> Iterator[Fault]:
     """The distance and the angle to the measured pose of the tool, and to the row before.
 
+    A step; from the measured pose one more where no state has shown that row yet.
+
     at: row, first live row, code of the step from the row before.
     """
     row, first, step = at
@@ -49,17 +51,18 @@ def pose_jumps(
     now = _pose(rows.values[row].tolist())
     starts = []
     if row > first:
-        starts.append((step, _pose(rows.values[row - 1].tolist())))
+        starts.append((step, _pose(rows.values[row - 1].tolist()), 1.0))
     else:
         assert part.tool is not None
-        starts.append((21, file.kinematics.pose(measured.positions, part.tool, rows.frame)))
+        here = file.kinematics.pose(measured.positions, part.tool, rows.frame)
+        starts.append((21, here, 2.0 if acted is not None and step == 23 else 1.0))
         if acted is not None:
-            starts.append((step, _pose(acted.values.tolist())))
-    for code, start in starts:
+            starts.append((step, _pose(acted.values.tolist()), 1.0))
+    for code, start, steps in starts:
         far = float(np.linalg.norm(now[0] - start[0]))
         turned = angle_between(now[1], start[1])
         for axis, size in (("linear", far), ("angular", turned)):
-            limit = block[f"{axis}_step_limit"]
+            limit = steps * block[f"{axis}_step_limit"]
             if not size <= limit:
                 yield above(code, row, (part.name, axis), size, limit, block["source"])
 

@@ -79,7 +79,7 @@ def _joint_jump(
     """Joint by joint against the measurement, then against the row before.
 
     A velocity follows the row before alone, if there is one; a position starts near the measurement
-    in either case.
+    in either case, one step further where the row before is one that no state has shown yet.
     """
     part = file.parts[rows.part]
     block = part.modes[rows.mode]
@@ -89,7 +89,8 @@ def _joint_jump(
     starts = []
     for index in rows.active if start else ():
         if rates is None:
-            room = limits[index] + file.joints[index].tolerance
+            steps = 2.0 if step == 23 and index in last else 1.0
+            room = steps * limits[index] + file.joints[index].tolerance
             starts.append((index, float(measured.positions[index]), room))
         elif index not in last:
             starts.append((index, float(rates[index]), limits[index]))
@@ -185,7 +186,8 @@ def _scalar_jump(
     last: dict[int, float],
     measured: Measured,
 ) -> Iterator[Fault]:
-    """A gripper starts from its measured opening; nothing is measured of a composite mode."""
+    """A gripper starts from its measured opening, as a joint does; of a composite mode nothing is
+    measured."""
     part = file.parts[rows.part]
     block = part.modes[rows.mode]
     limit = float(block["step_limit"])
@@ -193,7 +195,7 @@ def _scalar_jump(
     starts = []
     if codes[0] and part.joints:
         (index,) = part.joints
-        room = limit + file.joints[index].tolerance
+        room = (2.0 if last and codes[1] == 23 else 1.0) * limit + file.joints[index].tolerance
         starts.append((codes[0], float(measured.positions[index]), room))
     if last:
         starts.append((codes[1], last[0], limit))

@@ -89,12 +89,47 @@ TEST_CASE("G023 a joint that the new chunk leaves out is told 0 after a row not 
   CHECK(seam_code(both, speed(0.0, arm_2)) == 23);
 }
 
-TEST_CASE("G021 stays for what is measured, and for a row that has acted") {
-  // A target within a step of the row before, but not of the measured joint.
+TEST_CASE("G021 behind a target that no state has shown yet: two steps from what is measured") {
   MeasuredState state = state_at_rest();
-  state.positions[arm_1] = -0.5;
-  const ChunkBuilder target = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0});
-  CHECK(seam_code(target, target, state) == 21);
+  ChunkBuilder target = ChunkBuilder().joint(arm, Mode::joint_position, arm_1, {0.0});
+  for (const double way : {-1.0, 1.0}) {
+    state.positions[arm_1] = 0.6 * way;
+    CHECK(seam_code(target, target, state) == 0);
+    CHECK(code_after(target, target, state) == 21);
+    state.positions[arm_1] = just_above(0.6) * way;
+    CHECK(seam_code(target, target, state) == 21);
+  }
+  // One that the row before did not command, or was told a speed by it, one.
+  state = state_at_rest();
+  state.positions[arm_1] = 0.35;
+  CHECK(seam_code(speed(0.0), target, state) == 25);
+  for (const std::uint8_t before : {std::uint8_t{arm_1}, std::uint8_t{arm_2}}) {
+    const ChunkBuilder other = ChunkBuilder().joint(arm, Mode::joint_position, before, {0.0});
+    ChunkBuilder both = ChunkBuilder();
+    both.add(arm, Mode::joint_position, {Row(joint_count, 0.0)}, {arm_1, arm_2});
+    state.positions[arm_1] = 0.35;
+    CHECK(seam_code(other, both, state) == 0);
+    state.positions[arm_1] = just_above(0.35);
+    CHECK(seam_code(other, both, state) == (before == arm_1 ? 0 : 21));
+  }
+  state = state_at_rest();
+  state.positions[gripper_joint] = -0.03;
+  const auto opening = [](double value) {
+    return ChunkBuilder().scalar(gripper, Mode::gripper_position, {value});
+  };
+  CHECK(seam_code(opening(0.05), opening(0.08), state) == 0);
+  ChunkBuilder open = opening(0.05);
+  CHECK(code_after(open, opening(0.08), state) == 21);
+  state.positions[gripper_joint] = -0.03 - 1e-9;
+  CHECK(seam_code(opening(0.05), opening(0.08), state) == 21);
+  // The tool is measured at 0.7; two joints do not reach these poses.
+  CHECK(seam_code(pose_at(0.64), pose_at(0.6 + 1e-9)) == 30);
+  ChunkBuilder pose = pose_at(0.64);
+  CHECK(code_after(pose, pose_at(0.6 + 1e-9)) == 21);
+  CHECK(seam_code(pose_at(0.64), pose_at(0.6 - 1e-9)) == 21);
+}
+
+TEST_CASE("G021 stays for what is measured, and for a row that has acted") {
   // A joint that the row before did not command starts from its measured speed.
   CHECK(seam_code(speed(0.25), speed(just_above(0.5), arm_2)) == 21);
   ChunkBuilder previous = speed(0.25);

@@ -111,11 +111,15 @@ namespace {
 // A quaternion that has come through float32 is this close to a unit one.
 constexpr double norm_tolerance = 1e-6;
 
-Evidence step_from(std::uint32_t code, const RowView& view, const Pose& before) {
+Evidence step_from(std::uint32_t code, const RowView& view, const Pose& before,
+                   bool goes_on = false) {
   const PoseLimits& mode = view.modes.cartesian_pose;
   const Motion6 step = motion_between(before, pose_of(view.now));
+  const double linear = mode.linear_step_limit, angular = mode.angular_step_limit;
   return both_at_most(code, {step.head<3>().norm(), step.tail<3>().norm()},
-                      {mode.linear_step_limit, mode.angular_step_limit}, of_a_motion, mode.source);
+                      {linear + unmeasured_step(view, goes_on, linear),
+                       angular + unmeasured_step(view, goes_on, angular)},
+                      of_a_motion, mode.source);
 }
 
 }  // namespace
@@ -134,10 +138,11 @@ Evidence pose_absolute(const RowView& view) {
 }
 
 // Like a joint target, a pose starts where the tool is measured to be, also while rows act.
-Evidence pose_start(const RowView& view, const Setpoint*) {
+Evidence pose_start(const RowView& view, const Setpoint* acted) {
   return step_from(code::start, view,
                    link_pose(view.model, {view.model, view.state.positions},
-                             link_of(view.limits, view.now), view.part().tool));
+                             link_of(view.limits, view.now), view.part().tool),
+                   acted != nullptr);
 }
 
 Evidence pose_step(std::uint32_t code, const RowView& view, const Setpoint& before) {

@@ -104,11 +104,13 @@ Evidence joint_acting(const RowView& view) {
 
 // Targets start where the robot is measured to be, also while rows act. The joint's tolerance is
 // added because a measurement may lie that far outside a range that the target keeps.
-Evidence joint_target_start(const RowView& view, const Setpoint*) {
-  return each_active(view, [](const RowView& row, std::size_t j) {
+Evidence joint_target_start(const RowView& view, const Setpoint* acted) {
+  return each_active(view, [acted](const RowView& row, std::size_t j) {
     const JointLimits& joint = row.limits.joints[j];
+    const bool goes_on = acted != nullptr && acted->commands(j);
     return within_step(code::start, row, j, row.now[j] - row.state.positions[j],
-                       joint.bounded ? joint.bounds.tolerance : 0.0);
+                       unmeasured_step(row, goes_on, block_of(row).step_limit[j]) +
+                           (joint.bounded ? joint.bounds.tolerance : 0.0));
   });
 }
 
@@ -193,11 +195,12 @@ Evidence binary_absolute(const RowView& view) {
 }
 
 // The opening starts where it is measured; the tolerance as for any joint target.
-Evidence gripper_start(const RowView& view, const Setpoint*) {
+Evidence gripper_start(const RowView& view, const Setpoint* acted) {
   const ScalarLimits& mode = view.modes.gripper_position;
   const std::size_t j = view.part().joints[0];
+  const double room = mode.step_limit + view.limits.joints[j].bounds.tolerance;
   return at_most(code::start, "opening", view.now[0] - view.state.positions[j],
-                 mode.step_limit + view.limits.joints[j].bounds.tolerance, unit_of(view),
+                 room + unmeasured_step(view, acted != nullptr, mode.step_limit), unit_of(view),
                  mode.source);
 }
 

@@ -22,6 +22,7 @@ struct RowView {
   Setpoint now;
   Setpoint previous;  // the row before it in its chunk; of no action for the first live row
   JointSet outside;   // measured joints outside their bounds
+  bool is_acted_measured = true;  // where the row before the first live one has led
   const Limits& limits = model.limits;
 
   [[nodiscard]] const PartLimits& part() const { return limits.parts[now.action->part]; }
@@ -41,6 +42,12 @@ inline Evidence at_most(std::uint32_t code, std::string_view axis, double value,
                         std::string_view unit, const Text& source) {
   if (std::abs(value) <= limit) return {};
   return above(code, axis, std::abs(value), limit, unit, source.view());
+}
+
+/// How much further than a step the first live target may be from what is measured: the step of the
+/// target before it that acts already, if no state has shown that yet.
+inline double unmeasured_step(const RowView& view, bool goes_on, double step_limit) {
+  return goes_on && !view.is_acted_measured ? step_limit : 0.0;
 }
 
 /// How far `position` lies outside the bounds, signed by the side; 0 inside.
