@@ -178,6 +178,8 @@ def load_layout(name: str, who: str = "") -> Layout:
     found = plugin.load()
     if not isinstance(found, Layout):
         raise plugin.refuse("a fairlead.layout.Layout", found)
+    if found.dim is not None and (type(found.dim) is not int or found.dim < 1):
+        raise ConfigError(expected(f"{plugin.who}: dim", "at least 1, or None", repr(found.dim)))
     if (found.dim is None) != (found.assemble is None):
         raise ConfigError(f"{plugin.who}: expected dim and assemble, or neither of them")
     fields = tuple(StateContractBindings.model_fields)

@@ -123,15 +123,18 @@ def deployment_path(wanted: str) -> Path:
     """The deployment file a person means: a path, or the name of one that is installed.
 
     Raises:
-        ConfigError: there is neither, naming the deployments there are.
+        ConfigError: there is neither, naming the deployments there are; the path may not be seen.
     """
-    with suppress(PermissionError):  # the folder that we are in may not be entered
+    with suppress(OSError):  # the folder that we are in may not be entered; a name is too long
         if Path(wanted).is_file():
             return Path(wanted)
     known = {path.stem: path for path in reversed(deployment_files())}
     if "/" not in wanted and (named := known.get(wanted.removesuffix(".yaml"))):
         return named
-    there = Path(wanted).exists() or Path(wanted).is_symlink()
+    try:
+        there = Path(wanted).exists() or Path(wanted).is_symlink()
+    except OSError as error:
+        raise ConfigError(f"deployment {wanted!r}: {error.strerror}") from None
     none = "no file that can be read" if there else "no such file"  # a folder, a ring of links
     raise ConfigError(
         f"deployment {wanted!r}: {none}, and none of that name in {repo_root() / 'compose'} "

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import errno
+import json
 import re
 import subprocess
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
 from bench.equipment.live_robot import wait_for
+from fairlead.deploy.access_warnings import access_warnings
 from fairlead.deploy.credentials import alone_in
 from fairlead.deploy.deployment import Deployment
 from fairlead.errors import ConfigError
@@ -148,3 +151,34 @@ def test_show_tells_whom_the_router_lets_in_by_a_mark_of_its_own(
     assert re.match("[0-9a-f]{12}", before)
     authority.revoke([("gpu", "runner")])
     assert re.match("[0-9a-f]{12}", marked()) and marked() != before
+
+
+@pytest.mark.parametrize("which", ["robot/hal", "robot/router", "gpu/runner"])
+def test_show_and_status_tell_of_a_certificate_that_nobody_here_trusts(
+    authority: Authority, deployment: Deployment, file: Path, tmp_path: Path, which: str
+) -> None:
+    before = fairlead_here("certs", "show", str(file), state=tmp_path)
+    assert (before.returncode, before.stderr) == (0, "")
+    mine = authority.folder / f"{which}.pem"
+    kept = mine.read_text()
+    host, name = which.split("/")
+    authority.revoke([(host, name)])
+    authority.new(NOW, DAYS)  # by a signer of the same name
+    mine.write_text(kept)
+    said = fairlead_here("certs", "show", str(file), state=tmp_path)
+    assert said.returncode == 1
+    shown = fairlead_here("certs", "show", str(file), "--json", state=tmp_path)
+    states = {f"{one['host']}/{one['name']}": one["state"] for one in json.loads(shown.stdout)}
+    wrong = {name: state for name, state in states.items() if state != "valid"}
+    assert shown.returncode == 1 and list(wrong) == [which]
+    assert re.match("is signed by nobody whom (the router lets in|the hosts trust);", wrong[which])
+    assert wrong[which] in said.stdout
+    assert access_warnings(deployment) == [f"certificate of {which} {wrong[which]}"]
+
+
+def test_show_ends_with_one_where_one_has_ended(
+    authority: Authority, file: Path, tmp_path: Path
+) -> None:
+    authority.renew([("robot", "hal")], NOW - timedelta(days=400), DAYS)
+    said = fairlead_here("certs", "show", str(file), state=tmp_path)
+    assert said.returncode == 1 and " ended " in said.stdout

@@ -1,4 +1,4 @@
-"""What ``fairlead status`` says of the gate's counters."""
+"""What ``fairlead status`` says of the gate's counters and of goals."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from pathlib import Path
 
 from msgspec import structs
 
-from fairlead.messages import NO_HASH, GateState, GateStatus, GoalResult
+from fairlead.errors import RefusedError
+from fairlead.messages import NO_HASH, GateState, GateStatus, GoalFeedback, GoalResult
 from fairlead.operate.goal_hearing import Progress
 from fairlead_tools.cli.run_output import goal_hints
-from fairlead_tools.cli.status import full_disk, gate_lines
+from fairlead_tools.cli.status import full_disk, gate_lines, goal_line
 
 
 def gate_with(*counters: tuple[str, int]) -> GateStatus:
@@ -53,6 +54,21 @@ def test_a_run_that_did_not_succeed_names_the_next_command() -> None:
     assert goal_hints(ended("policy_error"), gate, "arm_runner") == [
         "what the policy printed, tracebacks too: fairlead logs arm_runner"
     ]
+
+
+def test_what_a_goal_that_was_refused_is_told_to_try_is_no_part_of_the_sentence() -> None:
+    why = str(RefusedError("safety", "the gate is latched", "fairlead reset 1f"))
+    result = GoalResult(
+        outcome="failed", decided_by="runner", kind="refused", detail=why, first_tick=0, last_tick=0
+    )
+    goal = GoalFeedback(
+        source="runner", goal_id=1, skill="wave", phase="", tick=0, queue_depth=0, inferences=0,
+        starved=0, last_refusal="", result=result,
+    )  # fmt: skip
+    assert goal_line(goal) == (
+        "wave failed (decided by the runner): safety refused: the gate is latched; "
+        "try: fairlead reset 1f"
+    )
 
 
 def test_a_gate_that_judged_nothing_says_so() -> None:

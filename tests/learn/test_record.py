@@ -43,6 +43,19 @@ def test_a_recording_has_what_a_policy_in_one_process_sees_and_does_bit_for_bit(
     assert not one.succeeded and len(one.states) == 16
 
 
+def test_the_policy_that_a_deployment_has_for_a_skill_is_the_one_in_one_process() -> None:
+    row = np.float32([0.25] * 6 + [-1] + [0] * 4 + [-1])
+    constant = {"backend": "constant", "options": {"row": row.tolist()}}
+    runner = DEPLOYMENT.services["runner"]
+    options = runner.options | {"policies": {EXPERT.id: constant}}
+    replaced = runner.model_copy(update={"options": options})
+    services = DEPLOYMENT.services | {"runner": replaced}
+    deployment = DEPLOYMENT.model_copy(update={"services": services})
+    with closing(LocalEpisode(deployment, EXPERT, 5, RESET)) as local:
+        assert local.act()
+        assert local.trace.actions == [np.tile(row, (8, 1)).tobytes()]
+
+
 def test_noise_moves_all_but_switches_and_is_the_seed_s() -> None:
     first, again = (
         next(record(DEPLOYMENT, EXPERT, [5], 0.4, 10, lambda seed, tick: None)) for _ in range(2)

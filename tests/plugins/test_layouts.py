@@ -108,6 +108,11 @@ def test_an_unknown_name_is_refused_with_every_name_and_where_it_comes_from(tmp_
         ),
         (
             "acme_layouts:LAYOUT",
+            SAMPLE.replace("    dim=8,", '    dim="8",'),
+            "dim: expected at least 1, or None, got '8'",
+        ),
+        (
+            "acme_layouts:LAYOUT",
             SAMPLE.replace('"eef_rotation_frame"', '"eef_rotation"'),
             "required and optional: expected binding fields, got eef_rotation (valid: eef_frame, "
             "eef_rotation_frame, base_frame, world_frame, gripper_qpos_joints, joint_names, "

@@ -114,6 +114,8 @@ def test_a_deployment_is_found_by_its_path_and_by_its_name(
     for name in ("a.yaml", "b.yaml"):
         with pytest.raises(ConfigError, match=rf"^deployment '{name}': no file that can be read, "):
             deployment_path(name)
+    with pytest.raises(ConfigError, match="^deployment 'x+': File name too long$"):
+        deployment_path("x" * 5000)
 
 
 def test_unknown_robot_lists_the_robots(checkout: Path) -> None:
@@ -209,5 +211,5 @@ def test_what_has_a_name_is_found_from_a_folder_that_may_not_be_entered(
     assert deployment_path("panda_mujoco") == repo_root() / "compose" / "panda_mujoco.yaml"
     assert find_skill("panda-joint-reach") == rskill_dir("panda-joint-reach")
     assert digests(["gate", "--listen", "unixsock-stream//folder/safety.sock"]) == {}
-    with pytest.raises(PermissionError):
+    with pytest.raises(ConfigError, match=r"^deployment 'mine\.yaml': Permission denied$"):
         deployment_path("mine.yaml")

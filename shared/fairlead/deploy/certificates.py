@@ -75,7 +75,10 @@ class Certificate:
                 f"is that of {self.name}, not of {wanted}; copy the folder from where it was made "
                 "again; if it is the same there: fairlead certs renew"
             )
-        return ""
+        try:
+            return _trust_problem(self)
+        except ConfigError as error:
+            return f"is of no use: {error}"
 
     def warning(self, keys: Keys, now: datetime) -> str:
         """The same, or that it ends soon; else ""."""
@@ -115,8 +118,7 @@ def find_certificate(keys: Keys, hosts: Sequence[str], name: str) -> Certificate
     check_private(file.parent, _LEAKED)
     check_private(file, _LEAKED)
     found = read_certificate(file)
-    problem = found.problem(keys, datetime.now(UTC)) or _trust_problem(found)
-    if problem:
+    if problem := found.problem(keys, datetime.now(UTC)):
         raise ConfigError(f"{name}: its certificate {file} {problem}")
     return found
 
@@ -127,13 +129,15 @@ def _trust_problem(certificate: Certificate) -> str:
     if certificate.file.stem == ROUTER:
         own, other = other, own
     _trusted(certificate.file.with_name(other))
-    file = certificate.file.with_name(own)
-    if not file.is_file():  # on hosts without the router
+    lists = [certificate.file.with_name(own)]
+    if not lists[0].is_file():  # the router's is on another host, whose folder may be here
+        lists = sorted(certificate.file.parent.parent.glob(f"*/{own}"))
+    if not lists:
         return ""
     from cryptography import x509
 
     mine = x509.load_pem_x509_certificate(certificate.file.read_bytes())
-    if any(has_signed(one, mine) for one in _trusted(file)):
+    if any(has_signed(one, mine) for file in lists for one in _trusted(file)):
         return ""
     who = "the hosts trust" if certificate.file.stem == ROUTER else "the router lets in"
     return f"is signed by nobody whom {who}; copy the folder again, or: fairlead certs new"

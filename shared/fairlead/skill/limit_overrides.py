@@ -7,8 +7,8 @@ only once it runs.
 from __future__ import annotations
 
 import json
+from collections import deque
 from collections.abc import Iterable
-from functools import lru_cache
 from typing import Any
 
 from fairlead.robot.gate_file import compile_gate_config
@@ -34,7 +34,7 @@ _OF_THE_JOINTS = {"joint_velocity": "velocity_limit"}
 
 def limit_problems(skill: SkillManifest, robot: RobotManifest, profile: str) -> list[str]:
     """Every way the skill asks for more than a safety profile of the robot allows."""
-    config = _gate_file(_Same(robot), profile)
+    config = _gate_file(robot, profile)
     found = [
         *_protocol_problems(skill, robot.tick_period_ns, config["protocol"]),
         *override_problems(skill.limits, config),
@@ -42,24 +42,20 @@ def limit_problems(skill: SkillManifest, robot: RobotManifest, profile: str) -> 
     return [f"{text} (profile {profile})" for text in found]
 
 
-class _Same:
-    """A robot as it was loaded: what is compiled of it holds for no other, equal or not."""
+def _gate_file(robot: RobotManifest, profile: str) -> dict[str, Any]:
+    """Compiled once, however many skills are held against it.
 
-    def __init__(self, robot: RobotManifest) -> None:
-        self.robot = robot
+    By identity: one that is loaded anew may be equal and have other files.
+    """
+    for one, its_profile, config in tuple(_KEPT):
+        if one is robot and its_profile == profile:
+            return config
+    compiled: dict[str, Any] = json.loads(compile_gate_config(robot, profile))
+    _KEPT.append((robot, profile, compiled))
+    return compiled
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and self.robot is other.robot
 
-    def __hash__(self) -> int:
-        return id(self.robot)
-
-
-@lru_cache(maxsize=8)
-def _gate_file(same: _Same, profile: str) -> dict[str, Any]:
-    """Compiled once, however many skills are held against it."""
-    config: dict[str, Any] = json.loads(compile_gate_config(same.robot, profile))
-    return config
+_KEPT: deque[tuple[RobotManifest, str, dict[str, Any]]] = deque(maxlen=8)
 
 
 def override_problems(limits: Iterable[SkillLimit], config: dict[str, Any]) -> list[str]:

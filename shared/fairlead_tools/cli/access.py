@@ -120,8 +120,11 @@ def certs_revoke_command(
 
 @example("fairlead certs show ./panda_mobile_two_hosts.yaml")
 def certs_show_command(deployment: DeploymentArgument, as_json: JsonOption = False) -> None:
-    """Show which certificates there are on this machine, and when they end."""
-    from fairlead.deploy.certificates import certificates_dir, every_certificate, trusted_mark
+    """Show which certificates there are on this machine, when they end, and what is wrong.
+
+    Exit status 1: one of them cannot be used.
+    """
+    from fairlead.deploy.certificates import every_certificate
     from fairlead_tools.certificates.authority import certified
 
     keys, now = (loaded := load_deployment(deployment)).keys, datetime.now(UTC)
@@ -129,8 +132,18 @@ def certs_show_command(deployment: DeploymentArgument, as_json: JsonOption = Fal
     rows = [_certificate_row(keys, place, found.get(place), now) for place in certified(loaded)]
     if as_json:
         print_json([dict(zip(("host", "name", "ends", "state"), row, strict=True)) for row in rows])
-        return
-    print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
+    else:
+        print_table(("HOST", "NAME", "ENDS", "STATE"), rows)
+        _print_marks(loaded)
+    if any(found[one].problem(keys, now) for one in certified(loaded) if one in found):
+        raise typer.Exit(1)
+
+
+def _print_marks(loaded: Deployment) -> None:
+    from fairlead.deploy.certificates import certificates_dir, trusted_mark
+    from fairlead_tools.certificates.authority import certified
+
+    keys = loaded.keys
     marks = {trusted_mark(keys, one) for one, _ in certified(loaded)} - {""}
     echo(
         f"in {certificates_dir(keys)}; mark {', '.join(sorted(marks)) or 'none'}: the same on "

@@ -166,7 +166,8 @@ def goal_line(goal: GoalFeedback) -> str:
     if goal.result is None:
         return f"{goal.skill} is {goal.phase}, tick {goal.tick}"
     ended = goal.result
-    why = f": {printable(' '.join(ended.detail.split()))}" if ended.detail else ""
+    detail = " ".join(ended.detail.replace("\n  try: ", "; try: ").split())
+    why = f": {printable(detail)}" if detail else ""
     return f"{goal.skill} {ended.outcome} (decided by the {ended.decided_by}){why}"
 
 

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 class LocalEpisode:
     """One episode: reset, held as long as the deployed reset did, then an answer at a time.
 
+    The policy is the one that the deployment's runner has for the skill.
+
     The vector goes to the simulator as the policy wrote it, but for its slots' clips and
     thresholds: the deployment's ``part_order`` is the policy's own.
 
@@ -47,13 +49,16 @@ class LocalEpisode:
         self, deployment: Deployment, skill: SkillManifest, seed: int, reset: ResetEpisodeReply
     ) -> None:
         from fairlead_hal_sim import HalSimOptions, RobosuiteBackend
+        from fairlead_skill_runner import RunnerOptions
         from fairlead_state_assembler import LocalAssembler
 
         robot = load_robot(deployment.robot)
         hal = deployment.only("hal_sim")
         options = check_options(deployment, hal, HalSimOptions)
         self._skill, self._first_tick = skill, reset.tick - reset.held_ticks
-        self._assembler, self._policy = LocalAssembler(robot), make_policy("parity", skill)
+        runner = check_options(deployment, deployment.only("skill_runner"), RunnerOptions)
+        deployed = skill.model_copy(update={"policy": runner.policy(skill)})
+        self._assembler, self._policy = LocalAssembler(robot), make_policy("parity", deployed)
         self._routes = resolve_routes(skill.action_contract, robot)
         self._backend = RobosuiteBackend(options, robot.tick_period_ns, robot)
         self.trace = EpisodeTrace()
