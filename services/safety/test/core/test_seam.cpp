@@ -1,5 +1,7 @@
 // G023: the step from a row that is released but not yet executed, which only realtime knows.
 
+#include <cmath>
+
 #include "acted_rows.hpp"
 #include "row_judge.hpp"
 
@@ -127,6 +129,12 @@ TEST_CASE("G021 behind a target that no state has shown yet: two steps from what
   ChunkBuilder pose = pose_at(0.64);
   CHECK(code_after(pose, pose_at(0.6 + 1e-9)) == 21);
   CHECK(seam_code(pose_at(0.64), pose_at(0.6 - 1e-9)) == 21);
+  const auto turned = [](double angle) {
+    return ChunkBuilder().poses(
+        arm, {{0.7, 0.0, 0.5, 0.0, 0.0, std::sin(angle / 2.0), std::cos(angle / 2.0)}});
+  };
+  CHECK(seam_code(turned(0.3), turned(0.5 - 1e-9)) == 30);
+  CHECK(seam_code(turned(0.3), turned(0.5 + 1e-9)) == 21);
 }
 
 TEST_CASE("G021 stays for what is measured, and for a row that has acted") {
