@@ -67,6 +67,7 @@ def test_closed_nothing_passes_but_what_the_table_says(tmp_path: Path) -> None:
     assert walk.right > 600
 
 
+@pytest.mark.thorough
 def test_open_the_same_walk_finds_a_breach_of_each_kind_in_each_step(tmp_path: Path) -> None:
     walk = whole_walk(tmp_path, "open", NTH)
     assert walk.links == len(STRANGERS) * SERVICES

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -129,6 +130,7 @@ def test_a_service_whose_supervisor_is_paused_is_not_restarted(
         entry = Running("r", str(FILE), str(tmp_path), started(supervisor), listed)
         Registry(tmp_path / "state").write(entry)
         supervisor.send_signal(signal.SIGSTOP)
+        os.waitpid(supervisor.pid, os.WUNTRACED)
         done = fairlead("restart", "hal", state=tmp_path / "state")
         assert done.stderr == (
             f"ERROR hal: `fairlead up` (pid {supervisor.pid}) is paused, so it would not start it "

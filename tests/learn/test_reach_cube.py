@@ -141,6 +141,7 @@ def seeing(contrast_min: float) -> SkillManifest:
     return CLONE.model_copy(update={"images": {"eye": eye}})
 
 
+@pytest.mark.thorough
 @renders
 @pytest.mark.simulator
 @pytest.mark.processes

@@ -74,7 +74,10 @@ def test_help_is_the_comment_at_the_top(script: str) -> None:
 
 
 @pytest.mark.processes
-@pytest.mark.parametrize("require", [[], ["--require", "lerobot"], ["--require", "all"]])
+@pytest.mark.parametrize(
+    "require",
+    [[], pytest.param(["--require", "lerobot"], marks=pytest.mark.thorough), ["--require", "all"]],
+)
 def test_peers_that_were_not_asked_are_named_and_fail_where_they_are_required(
     require: list[str],
 ) -> None:

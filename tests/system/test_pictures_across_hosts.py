@@ -89,6 +89,7 @@ def apart(one: Pictures, other: Pictures) -> float:
     return float(np.abs(one.astype(float) - other.astype(float)).mean())
 
 
+@pytest.mark.thorough
 def test_jpeg_from_the_robot_s_camera_is_near_what_was_rendered_and_of_its_tick(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
