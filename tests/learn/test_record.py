@@ -44,7 +44,7 @@ def test_a_recording_has_what_a_policy_in_one_process_sees_and_does_bit_for_bit(
 
 
 def test_the_policy_that_a_deployment_has_for_a_skill_is_the_one_in_one_process() -> None:
-    row = np.float32([0.25] * 6 + [-1] + [0] * 4 + [-1])
+    row = np.array([0.25] * 6 + [-1] + [0] * 4 + [-1], np.float32)
     constant = {"backend": "constant", "options": {"row": row.tolist()}}
     runner = DEPLOYMENT.services["runner"]
     options = runner.options | {"policies": {EXPERT.id: constant}}

@@ -276,7 +276,7 @@ def test_a_host_that_cannot_be_asked_is_a_problem_with_what_to_do_by_hand(tmp_pa
         "PROBLEM host gpu: cannot be asked: no route to 192.0.2.1; by hand, there: " in done.stdout
     )
     assert f"fairlead deploy check {file} --host gpu\n" in done.stdout
-    assert "host robot: ready to start: router, hal, safety, state_assembler" in done.stdout
+    assert "host robot: ready to start; router, hal, safety, state_assembler" in done.stdout
     wrong = fairlead_here("deploy", "check", str(file), "--reach", "ssh {adress}", state=tmp_path)
     assert wrong.returncode == 1
     assert wrong.stderr.endswith(

@@ -84,9 +84,9 @@ def _say(robot: str, reports: list[HostReport]) -> None:
     for one in reports:
         where = ", ".join(filter(None, (robot, one.host and f"host {one.host}")))
         where = f"{where}: " if where else ""
-        found = f"{len(one.problems)} problems" if one.problems else "ready to start"
+        found = f"problems: {len(one.problems)}" if one.problems else "ready to start"
         echo(
-            f"{where}{found}: {', '.join(one.processes) or 'nothing runs here'}; fairlead "
+            f"{where}{found}; {', '.join(one.processes) or 'nothing runs here'}; fairlead "
             f"{one.versions['fairlead']}, robot {one.robot or 'unknown'}, {len(one.skills)} skills"
         )
         for text in one.warnings:

@@ -128,8 +128,8 @@ Evidence RowLimitCheck::check(std::size_t row) const {
     for (const ActionPart& action : chunk.parts) {
       const Setpoint previous = is_first ? Setpoint{} : row_of(action, row - 1, limits);
       const RowView view{
-          model,    claim.modes[action.part], state, row_of(action, row, limits),
-          previous, outside,                  before.measured};
+          model,   claim.modes[action.part], state, row_of(action, row, limits), previous,
+          outside, before.measured};
       const Evidence evidence = rule(view);
       if (!evidence.ok()) return at(evidence, static_cast<std::int64_t>(row), view.part().name);
     }
