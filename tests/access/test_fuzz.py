@@ -30,8 +30,7 @@ from tests.access.spoiled import (
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(300)]
 
 SKILL = "panda-joint-reach"
-NAMES = ("safety", "runner", "operator")
-"""An assembler dials nobody who reads what it may write."""
+NAMES = ("safety", "state_assembler", "runner", "operator")
 EACH_KEY = 60
 
 
