@@ -56,7 +56,7 @@ HEARERS: Sequence[Role] = ("safety", "operator")
 TABLE = (
     Row("state/joints", "published", ("hal",), ALL),
     Row("tf/*", "published", ("hal", "state_assembler", "localiser"),
-        ("state_assembler", "localiser", *HEARERS), own="writer"),  # not the gate: `hal check` as it
+        ("state_assembler", "localiser", *HEARERS), own="writer"),  # `hal check` as the gate
     Row("camera/*", "published", ("hal",), ASKERS),
     Row("camera/*/shared/*", "token", ("hal",), ASKERS),
     Row("state/layout/*", "published", ("state_assembler",), ASKERS),
