@@ -97,7 +97,7 @@ Evidence Prediction::note_other_ways(const Command& command) {
   Joints less{}, more{};
   const auto note = [&](const Joints& shift, Joints& below, Joints& above) {
     const Evidence evidence = find_other_way(command, branches_[most], way, shift, below, above);
-    if (fault.ok()) fault = evidence;
+    if (!evidence.ok()) fault = evidence;
   };
   for (const std::size_t moved : joints) {
     if (!is_start_off_ || start_off_[moved] == 0.0) continue;
