@@ -7,13 +7,16 @@ after them: the other fingers, the torso slide; of these a robot.yaml need not n
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from fairlead.errors import ConfigError, expected
+from fairlead.hal.backend import Measurement
+from fairlead.messages import FloatArray
 from fairlead.robot.manifest import RobotManifest
 
 _BASE_NAMES = {"forward": "base_x", "side": "base_y", "yaw": "base_yaw"}
@@ -60,6 +63,30 @@ class RobotJoints:
     def indices(self, names: tuple[str, ...]) -> tuple[int, ...]:
         """Wire indices of commanded joints."""
         return tuple(self.names.index(name) for name in names)
+
+
+class JointReader:
+    """Reads joints out of the simulator's arrays, all at once."""
+
+    def __init__(self, sources: Sequence[JointSource]) -> None:
+        self._count = len(sources)
+        self._joint = np.repeat(np.arange(self._count), [len(one.dofs) for one in sources])
+        self._fingers = np.array([len(one.dofs) for one in sources])
+        self._qpos = np.array([address for one in sources for address in one.qpos])
+        self._dofs = np.array([address for one in sources for address in one.dofs])
+        self._signs = np.array([sign for one in sources for sign in one.signs])
+
+    def read(self, data: Any) -> Measurement:
+        """``qpos``, ``qvel``, ``qfrc_actuator``; of fingers the sum, of their efforts the mean."""
+        return Measurement(
+            positions=self._sums(data.qpos[self._qpos]),
+            velocities=self._sums(data.qvel[self._dofs]),
+            efforts=self._sums(data.qfrc_actuator[self._dofs]) / self._fingers,
+        )
+
+    def _sums(self, values: FloatArray) -> FloatArray:
+        weights = self._signs * values
+        return np.bincount(self._joint, weights, self._count).astype(np.float64, copy=False)
 
 
 def find_joints(env: Any, robot: RobotManifest | None = None) -> RobotJoints:

@@ -10,8 +10,9 @@ Indices that belong to no part (the torso) are always 0.0, never a remembered va
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -64,6 +65,27 @@ class ActionMap:
     parts: tuple[PartSlot, ...]
     joint_names: tuple[str, ...]
 
+    @cached_property
+    def scale(self) -> FloatArray:
+        """Of every input, shape ``[width]``; 1.0 where there is no part."""
+        return self._of_inputs(1.0, lambda slot: slot.scale)
+
+    @cached_property
+    def offset(self) -> FloatArray:
+        """Of every input, shape ``[width]``; 0.0 where there is no part."""
+        return self._of_inputs(0.0, lambda slot: slot.offset)
+
+    @cached_property
+    def beside_offset(self) -> FloatArray:
+        """The number next to each offset, towards 0."""
+        return np.nextafter(self.offset, 0.0)
+
+    def _of_inputs(self, elsewhere: float, of: Callable[[PartSlot], FloatArray]) -> FloatArray:
+        values = np.full(self.width, elsewhere)
+        for slot in self.parts:
+            values[slot.first : slot.stop] = of(slot)
+        return values
+
     def slot(self, part: str) -> PartSlot:
         """The slot of a part; the one place where a part's position is looked up.
 
@@ -96,47 +118,61 @@ def pack(
     for name in commands:
         action_map.slot(name)
     vector = np.zeros(action_map.width, dtype=np.float32)
+    values = np.zeros(action_map.width)
+    told = np.zeros(action_map.width, dtype=bool)
     for slot in action_map.parts:
         command = commands.get(slot.name)
-        target = vector[slot.first : slot.stop]
         if command is not None:
-            target[:] = _inputs(slot, command, action_map, base_motion)
+            _tell(slot, command, action_map, base_motion, values, told)
         elif slot.hold is None:
-            target[:] = previous[slot.first : slot.stop]
+            vector[slot.first : slot.stop] = previous[slot.first : slot.stop]
         else:
-            target[:] = slot.hold
+            vector[slot.first : slot.stop] = slot.hold
+    vector[told] = _inputs(values, action_map)[told]
     return vector
 
 
-def _inputs(
-    slot: PartSlot, command: PartCommand, action_map: ActionMap, base_motion: BaseMotion | None
-) -> ActionVector:
-    """One part's controller inputs: the inverse of the SI scaling, rounded to float32.
+def _tell(
+    slot: PartSlot,
+    command: PartCommand,
+    action_map: ActionMap,
+    base_motion: BaseMotion | None,
+    values: FloatArray,
+    told: npt.NDArray[np.bool_],
+) -> None:
+    """Put one part's SI values where its inputs are, and note which inputs it drives."""
+    _check_command(slot, command)
+    driven: slice | npt.NDArray[np.intp] = slice(slot.first, slot.stop)
+    width = slot.width
+    if command.mode is ControlMode.JOINT_VELOCITY:
+        own, joints = _joint_values(slot, command, action_map.joint_names)
+        driven, width = slot.first + joints, len(joints)
+    elif command.mode is ControlMode.BODY_TWIST:
+        own = _twist_rates(slot, command, base_motion)
+    else:
+        own = command.values
+    if len(own) != width:
+        raise ConfigError(
+            expected(
+                f"packing: part {slot.name}",
+                f"{width} values for inputs [{slot.first}, {slot.stop}) of simulator part "
+                f"{slot.simulator_part!r}",
+                len(own),
+            )
+        )
+    values[driven], told[driven] = own, True
+
+
+def _inputs(values: FloatArray, action_map: ActionMap) -> ActionVector:
+    """Controller inputs: the inverse of the SI scaling, rounded to float32.
 
     Rounding the float64 quotient restores the float32 a policy emitted, bit for bit. An offset
     itself is +0.0, and the number next to it, towards 0, is -0.0, as dispatch writes it.
     """
-    _check_command(slot, command)
-    if command.mode is ControlMode.JOINT_VELOCITY:
-        values, driven = _joint_values(slot, command, action_map.joint_names)
-    elif command.mode is ControlMode.BODY_TWIST:
-        values, driven = _twist_rates(slot, command, base_motion), np.arange(slot.width)
-    else:
-        values, driven = command.values, np.arange(slot.width)
-    if len(values) != len(driven):
-        raise ConfigError(
-            expected(
-                f"packing: part {slot.name}",
-                f"{len(driven)} values for inputs [{slot.first}, {slot.stop}) of simulator part "
-                f"{slot.simulator_part!r}",
-                len(values),
-            )
-        )
-    inputs = np.zeros(slot.width, dtype=np.float32)
-    inputs[driven] = (values - slot.offset[driven]) / slot.scale[driven]
-    offset = slot.offset[driven]
-    inputs[driven[(values == offset) & (offset != 0.0)]] = 0.0
-    inputs[driven[(values == np.nextafter(offset, 0.0)) & (offset != 0.0)]] = -0.0
+    offset = action_map.offset
+    inputs = ((values - offset) / action_map.scale).astype(np.float32)
+    inputs[(values == offset) & (offset != 0.0)] = 0.0
+    inputs[(values == action_map.beside_offset) & (offset != 0.0)] = -0.0
     return inputs
 
 

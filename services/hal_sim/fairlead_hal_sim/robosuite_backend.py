@@ -23,12 +23,13 @@ from fairlead.hal.backend import (
     TaskReading,
 )
 from fairlead.messages import FloatArray, HalCamera
+from fairlead.modes import ControlMode
 from fairlead.robot.manifest import RobotManifest
 from fairlead_hal_sim.arm_hold import ArmHold
 from fairlead_hal_sim.base_frame import BaseMotion
 from fairlead_hal_sim.environment import make_environment, seed_environment
 from fairlead_hal_sim.introspection import describe_parts, find_action_map
-from fairlead_hal_sim.joints import JointSource, find_joints
+from fairlead_hal_sim.joints import JointReader, find_joints
 from fairlead_hal_sim.kinematics import BodyPoses
 from fairlead_hal_sim.options import SimulatorOptions
 from fairlead_hal_sim.packing import MODE_HOLD, ActionVector, pack
@@ -66,6 +67,7 @@ class RobosuiteBackend:
         self.env = make_environment(options, 1e9 / period_ns, offscreen=False)
         self._contacts = _watched(self.env)
         self._joints = find_joints(self.env, robot)
+        self._reader = JointReader((*self._joints.commanded, *self._joints.passive))
         self._joint_speed_guard = options.joint_speed_guard
         self._tracked_bodies = _tracked_bodies(self.env, options, robot)
         # On a machine's first run a controller's first step is compiled, for seconds: before the
@@ -101,13 +103,7 @@ class RobosuiteBackend:
 
         A gripper's opening is the sum over its fingers, its effort their mean.
         """
-        data = self.env.sim.data
-        sources = (*self._joints.commanded, *self._joints.passive)
-        return Measurement(
-            positions=np.array([_sum(s, data.qpos, s.qpos) for s in sources]),
-            velocities=np.array([_sum(s, data.qvel, s.dofs) for s in sources]),
-            efforts=np.array([_sum(s, data.qfrc_actuator, s.dofs) / len(s.dofs) for s in sources]),
-        )
+        return self._reader.read(self.env.sim.data)
 
     def transforms(self) -> Sequence[FramePose]:
         """``odom -> base_link``, and the bodies that the task tracks, in ``odom``."""
@@ -148,7 +144,7 @@ class RobosuiteBackend:
             commands,
             self._action_map,
             zeros if previous is None else previous,
-            self._base_motion(),
+            self._base_motion() if _has_twist(commands) else None,
         )
         if previous is None and "composite" in commands:
             index = self._action_map.slot("composite").first
@@ -226,9 +222,8 @@ class RobosuiteBackend:
         return np.asarray(model.dof_frictionloss[dofs] / model.actuator_gainprm[actuators, 0])
 
 
-def _sum(source: JointSource, values: FloatArray, addresses: tuple[int, ...]) -> float:
-    """A joint's number from the simulator's: fingers add up to one opening."""
-    return float(sum(s * values[i] for s, i in zip(source.signs, addresses, strict=True)))
+def _has_twist(commands: Mapping[str, PartCommand]) -> bool:
+    return any(command.mode is ControlMode.BODY_TWIST for command in commands.values())
 
 
 def _watched(env: Any) -> ContactWatch:
