@@ -90,6 +90,7 @@ class HalHost:
         self._event: str | None = None
         self._measured: Measurement | None = None
         self._before: Measurement | None = None  # a tick before, in the same episode
+        self._stands = False
         self._episode = Episode()
         self._period = PeriodClock(identity.period_ns, clock())
         sizes = len(identity.parts), len(identity.joints), identity.period_ns
@@ -163,6 +164,7 @@ class HalHost:
             self._identity.robot_hash,
             self._backend.task(),
         )
+        self._stands = self._identity.is_still(self._measured, self._before)
 
     def _await_plan(self, stopping: threading.Event) -> TickPlan | None:
         """The plan for this tick; None if told to stop. Realtime has one at once."""
@@ -239,8 +241,7 @@ class HalHost:
             self.resets.finish(request, reply, self._clock())
 
     def _is_still(self) -> bool:
-        assert self._measured is not None, "a tick is measured before it is decided"
-        return not self._episode.must_step and self._identity.is_still(self._measured, self._before)
+        return not self._episode.must_step and self._stands
 
     def _measures_still(self) -> bool:
         before, self._measured = self._measured, self._identity.measure(self._backend)

@@ -45,11 +45,11 @@ class SharedCore:
                 self._changed.notify_all()
 
     def decide(self, step: Callable[[HalCore], TickPlan | Wait], wait_s: float) -> TickPlan | Wait:
-        """A decision; after `Wait` it returns once something has changed, or ``wait_s`` is over."""
+        """A decision; after `Wait`, once something has changed within ``wait_s``, another."""
         with self._changed:
             decided = step(self._core)
-            if isinstance(decided, Wait):
-                self._changed.wait(wait_s)
+            if isinstance(decided, Wait) and self._changed.wait(wait_s):
+                decided = step(self._core)
             return decided
 
 

@@ -30,10 +30,11 @@ STATES_REMEMBERED = 16
 
 
 class TickPublisher:
-    """Transforms, due frames and the task's state first, ``state/joints`` last.
+    """Due frames, transforms and the task's state first, ``state/joints`` last.
 
-    So all that belongs to tick n is sent before its joints. What was published is kept
-    encoded: a repeat sends the identical bytes.
+    So all that belongs to tick n is sent before its joints, and at once: whoever hears the first of
+    it takes processor time from us. What was published is kept encoded: a repeat sends the
+    identical bytes.
 
     Args:
         settings: the service's name is its publisher name for transforms. Where a localiser
@@ -65,11 +66,11 @@ class TickPublisher:
         self._frames = {}
 
     def begin(self, tick: int, transforms: Sequence[FramePose], now_ns: int) -> None:
-        """Start a tick: send its transforms (and the static ones if they are due)."""
-        self._sent = []
+        """Start a tick with its transforms (send the static ones if they are due)."""
         if now_ns >= self._static_due_ns:
             self._put_static(now_ns)
-        self._put(self._tf, encode(self._batch(tick, is_static=False, transforms=transforms)))
+        batch = encode(self._batch(tick, is_static=False, transforms=transforms))
+        self._sent = [(self._tf, batch)]
 
     def frame(self, image: Image) -> None:
         """Send one camera frame of the current tick; repeated until the camera's next one."""
@@ -90,7 +91,7 @@ class TickPublisher:
         robot_hash: bytes,
         task: TaskReading | None,
     ) -> None:
-        """Send the task's state and, last, the joint state."""
+        """Send the transforms, the task's state and, last, the joint state."""
         if task is not None:
             state = TaskState(
                 session=self._session,
@@ -99,7 +100,7 @@ class TickPublisher:
                 success=task.success,
                 metrics=tuple((name, float(value)) for name, value in task.metrics.items()),
             )
-            self._put(self._task, encode(state))
+            self._sent.append((self._task, encode(state)))
         joints = JointState(
             session=self._session,
             tick=tick,
@@ -113,7 +114,8 @@ class TickPublisher:
         )
         payload = encode(joints)
         self._told.append(payload)  # before it is sent: it may come back at once
-        self._put(self._joints, payload)
+        self._sent.append((self._joints, payload))
+        self._send()
 
     def is_own(self, payload: bytes) -> bool:
         """Whether a joint state is one that this HAL has sent, of late. Any thread may ask."""
@@ -127,12 +129,11 @@ class TickPublisher:
         self._put_static(now_ns)
         for camera, payload in self._frames.items():
             self._cameras[camera].put_bytes(payload)
+        self._send()
+
+    def _send(self) -> None:
         for publisher, payload in self._sent:
             publisher.put_bytes(payload)
-
-    def _put(self, publisher: Publisher, payload: bytes) -> None:
-        self._sent.append((publisher, payload))
-        publisher.put_bytes(payload)
 
     def _put_static(self, now_ns: int) -> None:
         self._static_due_ns = now_ns + STATIC_INTERVAL_NS
