@@ -34,6 +34,14 @@ async def test_started_services_become_ready_and_are_listed(bench: Bench) -> Non
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z PRINT hal: hal: ready\n", text)
 
 
+async def test_services_have_groups_of_their_own_in_the_supervisors_session(bench: Bench) -> None:
+    """Ctrl-C reaches the supervisor alone; the kernel gives processor time to them as to one."""
+    await bench.start()
+    pids = [bench.supervisor.pid("hal"), bench.supervisor.pid("runner")]
+    assert [os.getpgid(pid) for pid in pids] == pids
+    assert {os.getsid(pid) for pid in pids} == {os.getsid(0)}
+
+
 @pytest.mark.parametrize("order", [["hal", "runner"], ["runner", "hal"]])
 async def test_services_start_in_the_order_asked_for(bench: Bench, order: list[str]) -> None:
     await bench.supervisor.start(order)

@@ -14,7 +14,12 @@ from fairlead.errors import RefusedError
 from fairlead.operate.goal_run import GoalOptions, run_goal
 from fairlead.paths import repo_root
 from fairlead_tools.supervisor.command_line import service_command
-from fairlead_tools.supervisor.scratch import ScratchOptions, make_scratch, scratch_robot
+from fairlead_tools.supervisor.scratch import (
+    ScratchOptions,
+    ScratchRobot,
+    make_scratch,
+    scratch_robot,
+)
 from tests.hal_mujoco.joint_reach import SKILL, SOURCE
 
 pytestmark = [pytest.mark.processes, pytest.mark.timeout(180)]
@@ -26,6 +31,7 @@ OF_CAMERAS = {"frames", "cameras"}
 """Threads that only a robot with a camera has, in realtime."""
 GOALS = 5
 """In realtime one that begins on a late machine may end before the runner has seen anything."""
+ZENOH_POOLS = {"acc", "net", "rx", "tx"}
 PASSING = {"close"}
 """Of the session, at the end."""
 
@@ -55,6 +61,12 @@ ENTRY_POINTS: dict[str, tuple[str, ...]] = {
     "trace.jsonl": (),
 }
 """Methods that each thread calls, and no other thread: docs/design.md says what each is for."""
+
+
+def pools_of(robot: ScratchRobot, service: str) -> set[str]:
+    """Names of the pools of threads that Zenoh has in a service."""
+    tasks = Path(f"/proc/{robot.supervisor.pid(service)}/task").glob("*/comm")
+    return {name.split("-")[0] for name in (task.read_text() for task in tasks)} & ZENOH_POOLS
 
 
 @pytest.mark.parametrize(
@@ -89,6 +101,8 @@ def test_each_entry_point_is_called_by_its_thread(tmp_path: Path, sees: bool) ->
         ScratchOptions(pacing="realtime" if sees else "lockstep", options=options),
     )
     with scratch_robot(scratch, Registry(tmp_path / "state"), command=recorded) as robot:
+        pools = {pool for name in scratch.deployment.services for pool in pools_of(robot, name)}
+        assert pools == {"acc"}, "Zenoh reads, decides and writes in one pool"
         result = None
         for _ in range(GOALS):
             for stop in robot.client.gate_status().stop_ids:

@@ -33,6 +33,9 @@ LOOK_AGAIN_S = 0.02
 class Child:
     """A running process in a process group of its own (so Ctrl-C reaches us first).
 
+    In the supervisor's session: the kernel gives sessions processor time as groups, so that in ones
+    of their own a HAL that has just computed would wait for every other service.
+
     To be made on the event loop that watches it and reads its output.
 
     Args:
@@ -68,7 +71,7 @@ class Child:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             env=environment,
-            start_new_session=True,
+            process_group=0,
         )
         try:
             handle = os.pidfd_open(self.pid)

@@ -81,8 +81,11 @@ void prepare_runtime(const Endpoints& endpoints) {
   // Of a TLS link Zenoh 1.10 reads and writes one state without a lock, from two threads: memory
   // was broken and a gate aborted (its issue 2557). One thread does both. It also closes a dead
   // link, and waits up to 10 s for what was not sent: so long the gate may take to connect anew.
-  const char* threads = endpoints.router.empty() ? "(acc: (worker_threads: 16))"
-                                                 : "(rx: (worker_threads: 1), tx: (handover: rx))";
+  // A peer, which has no such link, has one large pool (`RUNTIME` in endpoints.py says why).
+  const char* threads = endpoints.router.empty()
+                            ? "(acc: (worker_threads: 16), rx: (handover: acc), "
+                              "tx: (handover: acc), net: (handover: acc))"
+                            : "(rx: (worker_threads: 1), tx: (handover: rx))";
   ::setenv("ZENOH_RUNTIME", threads, keep);
 }
 
