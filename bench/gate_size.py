@@ -77,7 +77,7 @@ def lines(names: set[str]) -> int:
 
 def named_on_the_page() -> list[str]:
     """Files that docs/reading-the-gate.md names."""
-    return re.findall(r"^ *- `([\w/]+\.cpp)`", PAGE.read_text(), re.M)
+    return re.findall(r"^ *([\w/]+\.cpp) ", PAGE.read_text(), re.M)
 
 
 def summary(names: set[str]) -> str:

@@ -13,7 +13,8 @@ from tests.repo.tree import ROOT
 
 PAGE = (ROOT / "docs/reading-the-gate.md").read_text()
 SOURCES = ROOT / "services/safety/src"
-STEP = re.compile(r"^( *)- (?:`([\w/]+\.cpp)` )?`([\w:]+)`", re.M)
+STEP = re.compile(r"^( *)(?:([\w/]+\.cpp) )?([\w:]*\w)(?:: .*)?$", re.M)
+TREES = "".join(re.findall(r"^```text\n(.*?)^```", PAGE, re.M | re.S))
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ def steps() -> list[Step]:
     """All of them, from the top of the page."""
     found: list[Step] = []
     above: list[Step] = []
-    for indent, file, function in STEP.findall(PAGE):
+    for indent, file, function in STEP.findall(TREES):
         depth = len(indent) // 2
         assert depth <= len(above), f"{function} is indented under nothing"
         del above[depth:]
@@ -100,7 +101,7 @@ def test_functions_stand_in_the_order_in_which_they_are_called() -> None:
 
 def test_every_check_of_a_chunk_stands_on_the_page_in_the_order_of_its_code() -> None:
     way = PAGE.partition("## The way of a chunk")[2].partition("\nG026")[0]
-    judged = way.partition("`Candidates::on_candidate`")[2].partition("`judge_rows`")[0]
+    judged = way.partition(" Candidates::on_candidate")[2].partition(" judge_rows\n")[0]
     codes = re.findall(r"G\d{3}", judged)
     assert codes == sorted(codes)
     assert codes == [f"G{code:03}" for code in (*range(1, 11), 12)]

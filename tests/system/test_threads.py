@@ -63,10 +63,14 @@ ENTRY_POINTS: dict[str, tuple[str, ...]] = {
 """Methods that each thread calls, and no other thread: docs/design.md says what each is for."""
 
 
-def pools_of(robot: ScratchRobot, service: str) -> set[str]:
-    """Names of the pools of threads that Zenoh has in a service."""
-    tasks = Path(f"/proc/{robot.supervisor.pid(service)}/task").glob("*/comm")
-    return {name.split("-")[0] for name in (task.read_text() for task in tasks)} & ZENOH_POOLS
+def pools_of(robot: ScratchRobot) -> set[str]:
+    """Names of the pools of threads that Zenoh has in the services."""
+    names = {
+        task.read_text()
+        for service in robot.scratch.deployment.services
+        for task in Path(f"/proc/{robot.supervisor.pid(service)}/task").glob("*/comm")
+    }
+    return {name.split("-")[0] for name in names} & ZENOH_POOLS
 
 
 @pytest.mark.parametrize(
@@ -101,8 +105,7 @@ def test_each_entry_point_is_called_by_its_thread(tmp_path: Path, sees: bool) ->
         ScratchOptions(pacing="realtime" if sees else "lockstep", options=options),
     )
     with scratch_robot(scratch, Registry(tmp_path / "state"), command=recorded) as robot:
-        pools = {pool for name in scratch.deployment.services for pool in pools_of(robot, name)}
-        assert pools == {"acc"}, "Zenoh reads, decides and writes in one pool"
+        assert pools_of(robot) == {"acc"}, "Zenoh reads, decides and writes in one pool"
         result = None
         for _ in range(GOALS):
             for stop in robot.client.gate_status().stop_ids:
@@ -117,9 +120,7 @@ def test_each_entry_point_is_called_by_its_thread(tmp_path: Path, sees: bool) ->
         assert result is not None
         assert sees or result.outcome == "succeeded"
     called = {tuple(line.split(" ", 1)) for line in seen.read_text(encoding="utf-8").splitlines()}
-    threads = set(ENTRY_POINTS)
-    if not sees:
-        threads -= OF_CAMERAS
+    threads = set(ENTRY_POINTS) - (set() if sees else OF_CAMERAS)
     wanted = {(entry, thread) for thread in threads for entry in ENTRY_POINTS[thread]}
     entries = {entry for entry, _ in wanted}
     assert {pair for pair in called if pair[0] in entries} == wanted
