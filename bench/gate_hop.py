@@ -33,7 +33,7 @@ from fairlead.messages import ActionChunk, ActionPart, Message, Verdict, encode,
 from fairlead.modes import ControlMode
 from fairlead.paths import gate_binary, gate_config
 from fairlead.wire.bus import Bus, Qos, Sample
-from fairlead.wire.endpoints import Endpoints
+from fairlead.wire.endpoints import RUNTIME, RUNTIME_VARIABLE, Endpoints
 from fairlead.wire.session import ZenohBus
 
 DEADLINE_S = 10.0
@@ -122,9 +122,11 @@ class Relay:
     def __init__(self, folder: Path, kind: type[Message], more: tuple[str, ...] = ()) -> None:
         binary = gate_binary().with_name("bare-relay")
         endpoint = socket_in(folder, f"relay-{len(more)}")
+        threads = {RUNTIME_VARIABLE: RUNTIME["peer"]}  # as the gate has them
         self.process = subprocess.Popen(
-            [str(binary), endpoint, KEY_IN, KEY_OUT, *more], stdout=subprocess.PIPE, text=True
-        )
+            [str(binary), endpoint, KEY_IN, KEY_OUT, *more],
+            stdout=subprocess.PIPE, text=True, env=os.environ | threads,
+        )  # fmt: skip
         assert self.process.stdout is not None
         assert self.process.stdout.readline() == "ready\n"
         self.bus = ZenohBus(Endpoints(connect=[endpoint]))
