@@ -80,7 +80,8 @@ class PastAnswer:
     ``execute_steps``), was replaced by a newer answer, or waits for the gate's verdict.
 
     tick: `Observation.tick` of the observation it answered; row i is for the ``periods`` control
-        periods from ``tick + i * periods``.
+        periods from ``tick + i * periods``, and masks are as of those, also where a ``seam`` made
+        targets come later after a hold.
     rows: float32 ``[H, dim]``, as the policy returned them.
     periods: control periods for one row.
     outcome: the gate's newest word: ``released``, ``truncated``, ``refused``; "": none yet.

@@ -5,7 +5,7 @@ Pure arithmetic, in realtime only: in lockstep no row is left when a policy answ
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import msgspec
@@ -22,6 +22,11 @@ _BLENDED = frozenset({
 })  # fmt: skip
 """Half closed is neither open nor closed: grippers, hands and switches change at once."""
 
+_TARGETS = frozenset({
+    ControlMode.JOINT_POSITION, ControlMode.GRIPPER_POSITION, ControlMode.GRIPPER_BINARY,
+    ControlMode.DEX_HAND_JOINT, ControlMode.COMPOSITE_MODE,
+})  # fmt: skip
+
 SPARE_TICKS = 1
 """What a lost message costs: the gate may release a chunk so much later than it was sent."""
 
@@ -32,11 +37,13 @@ class ReleasedRows:
 
     parts: as they were sent, a row for each tick from ``start_tick``.
     last_tick: of the last released one.
+    hold: they are no rows, but where joints hold.
     """
 
     parts: tuple[ActionPart, ...]
     start_tick: int
     last_tick: int
+    hold: bool = False
 
     def alike(self, part: ActionPart) -> ActionPart | None:
         """The rows of the same part in the same mode and frame, for the same joints."""
@@ -66,7 +73,7 @@ def held_rows(parts: Iterable[ActionPart], positions: FloatArray, tick: int) -> 
             row = np.zeros(len(positions))
             row[list(part.active)] = positions[list(part.active)]
             made.append(msgspec.structs.replace(part, values=pack_floats(row)))
-    return ReleasedRows(tuple(made), tick, tick)
+    return ReleasedRows(tuple(made), tick, tick, hold=True)
 
 
 @dataclass(frozen=True)
@@ -91,26 +98,64 @@ class Seam:
         that is to come, so that no step is made where a message is lost; all before it are the
         released ones.
 
+        Joints that hold have not done the rows of the ticks that passed: all targets of the answer
+        come so much later that they begin with the row nearest to where the joints are. What is
+        left of the way there is spread likewise.
+
         Args:
             parts: a row for each tick from ``start_tick``.
             widths: numbers of a row, part by part.
         """
-        made = []
-        for part, width in zip(parts, widths, strict=True):
-            mode, earlier = ControlMode(part.mode), self.before.alike(part)
-            if mode in _BLENDED and earlier is not None:
-                new = floats(part.values, width)
-                ticks = start_tick + np.arange(len(new))
-                rows = self._mixed(self.before.at(earlier, width, ticks), new, ticks, mode)
-                part = msgspec.structs.replace(part, values=pack_floats(rows))
-            made.append(part)
-        return tuple(made)
+        answer = [
+            (part, floats(part.values, width)) for part, width in zip(parts, widths, strict=True)
+        ]
+        late = self._ticks_late(answer, start_tick) if self.before.hold else 0
+        return tuple(self._led_over(part, rows, start_tick, late) for part, rows in answer)
+
+    def _led_over(
+        self, part: ActionPart, new: FloatArray, start_tick: int, late: int
+    ) -> ActionPart:
+        mode, earlier = ControlMode(part.mode), self.before.alike(part)
+        new = new[np.maximum(np.arange(len(new)) - late, 0)]
+        if mode in _BLENDED and earlier is not None:
+            ticks = start_tick + np.arange(len(new))
+            old, share = self.before.at(earlier, new.shape[1], ticks), self._share(ticks)
+            if self.before.hold:  # then they move as the answer does
+                first = self._first(ticks)
+                old[first:] += new[first:] - new[first]
+                lowest, highest = np.minimum(old[0], new.min(0)), np.maximum(old[0], new.max(0))
+                new = np.clip(self._mixed(old, new, share, mode), lowest, highest)
+            else:
+                new = self._mixed(old, new, share, mode)
+        elif not late:
+            return part
+        return msgspec.structs.replace(part, values=pack_floats(new))
+
+    def _first(self, ticks: npt.NDArray[np.int64]) -> int:
+        """The first of the ticks in which the answer counts, by its place."""
+        return int(np.clip(self.now_tick + SPARE_TICKS + 1 - ticks[0], 0, len(ticks) - 1))
+
+    def _ticks_late(self, answer: Sequence[tuple[ActionPart, FloatArray]], start_tick: int) -> int:
+        """By how much its rows come later; by 0 where one of them is a motion, not a target."""
+        if not all(ControlMode(part.mode) in _TARGETS for part, _ in answer):
+            return 0
+        away = np.zeros(0)
+        for part, new in answer:
+            held = self.before.alike(part)
+            if held is not None:
+                first = self._first(start_tick + np.arange(len(new)))
+                distances = np.abs(new[: first + 1] - floats(held.values, new.shape[1]))
+                away = np.maximum(distances.max(axis=1), away if len(away) else 0.0)
+        return int(np.argmin(away[::-1])) if len(away) else 0  # of equal rows the last
+
+    def _share(self, ticks: npt.NDArray[np.int64]) -> FloatArray:
+        """How far each tick's row is from the earlier to the answer's: ``[n, 1]``."""
+        share = (ticks - self.now_tick - SPARE_TICKS) / (self.blend_ticks + 1)
+        return np.clip(share, 0.0, 1.0)[:, None]
 
     def _mixed(
-        self, old: FloatArray, new: FloatArray, ticks: npt.NDArray[np.int64], mode: ControlMode
+        self, old: FloatArray, new: FloatArray, share: FloatArray, mode: ControlMode
     ) -> FloatArray:
-        share = (ticks - self.now_tick - SPARE_TICKS) / (self.blend_ticks + 1)
-        share = np.clip(share, 0.0, 1.0)[:, None]
         made: FloatArray = old + share * (new - old)
         if mode is ControlMode.CARTESIAN_POSE:
             made[:, 3:] = turned(old[:, 3:], new[:, 3:], share)

@@ -44,7 +44,8 @@ class SeamSpec(BaseModel):
     """How an answer goes over to the next while rows act (realtime).
 
     blend_ticks: control periods that are between both, linearly; grippers, hands and switches
-        change at once.
+        change at once. Of an answer that has only targets, and finds its joints holding, all rows
+        come later: it begins with the one nearest to where they are, and its last ones fall out.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
