@@ -13,7 +13,8 @@ from fairlead.operate.subscription import watch
 from fairlead.reason_text import short_text
 from fairlead.wire.bus import Qos
 
-REPEAT_S = 0.05
+REPEAT_S = 0.04
+"""With nine of ten lost, and a tick of 50 ms to wait, the robot still holds within 500 ms."""
 TIMEOUT_S = 2.0
 NO_REASON = "operator"
 """The reason of whoever gives none."""
