@@ -50,7 +50,7 @@ def keep(entries: Sequence[Entry], file: Path = RESULTS) -> None:
     order = {(row.number, row.fault): place for place, row in enumerate(ROWS)}
     kept = sorted((key for key in merged if key in order), key=order.__getitem__)
     text = json.dumps([merged[key] for key in kept], indent=1)
-    file.write_text(f"{text}\n", encoding="utf-8")
+    file.write_text(f"{text.replace(str(Path.home()), '/~')}\n", encoding="utf-8")
 
 
 def document(file: Path = RESULTS) -> str:
