@@ -12,7 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from fairlead.errors import ConfigError
-from fairlead.messages import ActionPart, FloatArray, Outcome, floats, pack_floats
+from fairlead.messages import FloatArray, Outcome, floats
 from fairlead.modes import ControlMode
 from fairlead.plugins import Plugin
 from fairlead.policy import Observation, PastAnswer
@@ -23,14 +23,9 @@ from fairlead_skill_runner.seam import ReleasedRows, Seam
 from fairlead_skill_runner.trace import TraceRecord, TraceWriter, read_trace
 from tests.runner.broken_policies import Misbehaving
 from tests.runner.scripted_robot import ROBOT, SKILL, Story, rows, story
+from tests.runner.seam_parts import BLEND, part
 
-BLEND = 3
 N_DOF = 2
-
-
-def part(mode: ControlMode, values: npt.ArrayLike, index: int = 0) -> ActionPart:
-    block = pack_floats(np.asarray(values, dtype=np.float64))
-    return ActionPart(part=index, mode=mode, frame_id="", values=block, active=(0, 1))
 
 
 def blended(

@@ -9,7 +9,7 @@ import pytest
 from fairlead.messages import floats
 from fairlead.modes import ControlMode
 from fairlead_skill_runner.seam import Seam, held_rows
-from tests.runner.test_seam import BLEND, part
+from tests.runner.seam_parts import BLEND, part
 
 
 def test_joints_that_hold_lead_over_from_where_they_are_for_a_late_answer() -> None:
