@@ -83,3 +83,14 @@ def test_motions_begin_after_a_hold_as_the_answer_says() -> None:
     new = part(ControlMode.CARTESIAN_DELTA, np.ones((8, 6)))
     held = held_rows([new], np.array([2.0, 3.0]), 6)
     assert Seam(held, 6, BLEND).blended([new], [6], 4) == (new,)
+
+
+def test_no_row_that_is_not_finite_is_left_out_where_rows_come_later() -> None:
+    """The last rows of an answer that comes later are not sent: the gate is to see them all."""
+    arm = part(ControlMode.JOINT_POSITION, [[0.1 * row, 0.0] for row in range(9)] + [[np.nan, 0.0]])
+    arm = msgspec.structs.replace(arm, active=(0,))
+    jaw = part(ControlMode.GRIPPER_BINARY, [[1.0]] * 9 + [[np.inf]], index=1)
+    held = held_rows([arm, jaw], np.array([0.0, 0.0]), 6)
+    moved, closed = Seam(held, 6, BLEND).blended([arm, jaw], [2, 1], 4)
+    assert np.isnan(floats(moved.values, 2)[-1, 0])
+    assert floats(closed.values, 1)[-1, 0] == np.inf

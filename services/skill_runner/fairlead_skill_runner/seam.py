@@ -26,6 +26,7 @@ _TARGETS = frozenset({
     ControlMode.JOINT_POSITION, ControlMode.GRIPPER_POSITION, ControlMode.GRIPPER_BINARY,
     ControlMode.DEX_HAND_JOINT, ControlMode.COMPOSITE_MODE,
 })  # fmt: skip
+"""Their rows say where to be, so that they may come later: motions would be done a second time."""
 
 SPARE_TICKS = 1
 """What a lost message costs: the gate may release a chunk so much later than it was sent."""
@@ -136,8 +137,13 @@ class Seam:
         return int(np.clip(self.now_tick + SPARE_TICKS + 1 - ticks[0], 0, len(ticks) - 1))
 
     def _ticks_late(self, answer: Sequence[tuple[ActionPart, FloatArray]], start_tick: int) -> int:
-        """By how much its rows come later; by 0 where one of them is a motion, not a target."""
-        if not all(ControlMode(part.mode) in _TARGETS for part, _ in answer):
+        """By how much its rows come later; by 0 where one of them is a motion, not a target.
+
+        By 0, too, where a number is not finite: no row is left out that the gate would refuse.
+        """
+        if not all(
+            ControlMode(part.mode) in _TARGETS and np.isfinite(new).all() for part, new in answer
+        ):
             return 0
         away = np.zeros(0)
         for part, new in answer:
