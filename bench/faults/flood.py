@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fairlead.deploy.access import OPERATOR
 from fairlead.deploy.deployment import Deployment, load_deployment
 from fairlead.deploy.sockets import socket_path
 from fairlead.errors import FairleadError
@@ -33,8 +32,8 @@ from fairlead.messages import (
     pack_floats,
 )
 from fairlead.modes import ControlMode
+from fairlead.operate.client import RobotClient
 from fairlead.wire.bus import Qos
-from fairlead.wire.session import ZenohBus
 
 RATE_HZ = 10_000
 BATCH_S = 0.002
@@ -44,11 +43,10 @@ ASKERS = 2
 JUNK = b"\xff" * 200
 
 
-def _put(
-    deployment: Deployment, key: str, kind: type[Message], payload: bytes, party: str = OPERATOR
-) -> None:
-    bus = ZenohBus(deployment.tool_endpoints(party))
-    publisher = bus.publisher(key, kind, Qos.HOT)
+def _put(deployment: Deployment, key: str, kind: type[Message], payload: bytes) -> None:
+    client = RobotClient(deployment)
+    client.wait_alive("hal", "safety", "runner")  # else nobody would hear it
+    publisher = client.bus.publisher(key, kind, Qos.HOT)
     print("ready", flush=True)
     began, sent = time.monotonic(), 0
     while True:
@@ -69,7 +67,7 @@ def _candidates(deployment: Deployment) -> None:
         obs_tick=1, oldest_tick=1, start_tick=1, horizon=8, parts=(part,), trace=NO_TRACE,
     )  # fmt: skip
     runner = deployment.runners[0]
-    _put(deployment, deployment.keys.candidate(runner), ActionChunk, encode(chunk), runner)
+    _put(deployment, deployment.keys.candidate(runner), ActionChunk, encode(chunk))
 
 
 def _states(deployment: Deployment) -> None:
@@ -84,7 +82,9 @@ def _states(deployment: Deployment) -> None:
 
 def _queries(deployment: Deployment) -> None:
     """Each asks again as soon as it is answered."""
-    bus, keys = ZenohBus(deployment.tool_endpoints()), deployment.keys
+    client, keys = RobotClient(deployment), deployment.keys
+    client.wait_alive("hal", "safety", "runner")
+    bus = client.bus
 
     def ask(key: str) -> None:
         while True:
@@ -108,7 +108,7 @@ def _connections(deployment: Deployment) -> None:
     threading.Event().wait()
 
 
-WITH_RIGHTS = ("candidates", "queries", "connections")
+WITH_RIGHTS = ("queries", "connections")
 """What a deployment with closed access lets through; the rest needs an open one."""
 FLOODS: dict[str, Callable[[Deployment], None]] = {
     "candidates": _candidates,

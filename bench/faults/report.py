@@ -57,13 +57,14 @@ def document(file: Path = RESULTS) -> str:
     """The list: rows as measured last, and those that are not run."""
     known = {_key(entry): entry for entry in json.loads(file.read_text(encoding="utf-8"))}
     days = sorted(str(entry["measured"])[:10] for entry in known.values())
+    span = f"on {days[0]}" if days[0] == days[-1] else f"from {days[0]} to {days[-1]}"
     done = [known[key] for row in ROWS if (key := (row.number, row.fault)) in known]
     passed = sum(_verdict(entry) == "passed" for entry in done)
     times, late = (sum(int(entry[name]) for entry in done) for name in ("n", "machine_late"))
     unmeasured = _forms([row for row in ROWS if (row.number, row.fault) not in known])
     summed = (
         f"{passed} of {len(ROWS)} faults passed, done {times} times ({late} more on a late "
-        f"machine) from {days[0]} to {days[-1]}, at a load of at most {_most(done, 'load')}."
+        f"machine) {span}, at a load of at most {_most(done, 'load')}."
     )
     lines = [_wrapped(summed), "", *map(_wrapped, _lines(done))]
     return "\n".join([*lines, *map(_wrapped, unmeasured)])

@@ -76,6 +76,15 @@ def test_numeric_libraries_get_one_thread_unless_the_caller_says_otherwise(
     assert service_environment()["OMP_NUM_THREADS"] == "3"
 
 
+def test_services_have_two_heaps_unless_the_caller_says_otherwise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delenv("MALLOC_ARENA_MAX", raising=False)
+    assert service_environment()["MALLOC_ARENA_MAX"] == "2"
+    monkeypatch.setenv("MALLOC_ARENA_MAX", "8")
+    assert service_environment()["MALLOC_ARENA_MAX"] == "8"
+
+
 def test_a_program_that_is_not_there_is_said_before_the_start() -> None:
     deployment = load_deployment(FILE)
     hal = deployment.services["hal"].model_copy(
