@@ -11,10 +11,12 @@ from fairlead.wire.bus import Sample
 from fairlead.wire.session import ZenohBus
 
 CALLBACK_S = 0.2
-_busy = threading.Event()
+FIRST_S = 10.0
+_heard, _busy = threading.Event(), threading.Event()
 
 
 def _take_long(sample: Sample) -> None:
+    _heard.set()
     _busy.wait(CALLBACK_S)
 
 
@@ -24,6 +26,8 @@ def main() -> None:
     bus, keys = ZenohBus(deployment.tool_endpoints()), deployment.keys
     for key in (keys.joints, keys.lease, keys.every_safe, keys.every_verdict):
         bus.subscribe(key, _take_long)
+    if not _heard.wait(FIRST_S):
+        sys.exit("slow reader: it hears nothing")
     print("ready", flush=True)
     threading.Event().wait()
 
