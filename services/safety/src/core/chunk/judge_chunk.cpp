@@ -139,14 +139,32 @@ Judgement ChunkJudge::judge(LiveClaim& claim, const ActionChunk& chunk) {
                     max_queries);
 }
 
+// Where others either act or hold in the tick that runs: as many rows as pass beside both.
+template <class Judge>
+Judgement ChunkJudge::judge_beside(const LiveClaim& claim, const ActionChunk& chunk,
+                                   std::size_t queries, const Judge& judge) {
+  const auto judge_while = [&](bool holding, std::size_t queries_left) {
+    const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim, chunk, holding);
+    return judge(Companions(companions.begin(), companions.size()), queries_left);
+  };
+  Judgement judgement = judge_while(false, queries);
+  if (judgement.row_count == 0 || !rows_.others_may_hold(claim)) return judgement;
+  Judgement held = judge_while(true, queries - judgement.configurations);
+  held.configurations += judgement.configurations;
+  if (held.row_count < judgement.row_count) return held;
+  judgement.configurations = held.configurations;
+  return judgement;
+}
+
 Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chunk,
                                  std::size_t first_row, std::size_t queries) {
   if (rows_.knows_act_before(claim)) {
-    const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim, chunk);
-    const JudgedRows rows{first_row, chunk.horizon, first_row + rows_.before_next_judgement(),
-                          queries};
-    return judge_rows(room_, model_, claim.limits, hal_.state(), chunk, rows,
-                      rows_.row_before(claim), Companions(companions.begin(), companions.size()));
+    return judge_beside(claim, chunk, queries, [&](Companions companions, std::size_t left) {
+      const JudgedRows rows{first_row, chunk.horizon, first_row + rows_.before_next_judgement(),
+                            left};
+      return judge_rows(room_, model_, claim.limits, hal_.state(), chunk, rows,
+                        rows_.row_before(claim), companions);
+    });
   }
   Judgement refused;
   refused.evidence =
@@ -157,11 +175,11 @@ Judgement ChunkJudge::judge_from(const LiveClaim& claim, const ActionChunk& chun
 
 Judgement ChunkJudge::judge_again(const LiveClaim& claim, const ActionChunk& chunk,
                                   std::size_t first_row, std::size_t end_row, std::size_t queries) {
-  const FixedVec<Companion, max_claims> companions = rows_.companions_of(claim, chunk);
   const std::size_t end = std::min(end_row, first_row + rows_.before_next_judgement());
-  return judge_path(room_, model_, claim.limits, hal_.state(), chunk,
-                    JudgedRows::all(first_row, end, queries), rows_.row_before(claim),
-                    Companions(companions.begin(), companions.size()));
+  return judge_beside(claim, chunk, queries, [&](Companions companions, std::size_t left) {
+    return judge_path(room_, model_, claim.limits, hal_.state(), chunk,
+                      JudgedRows::all(first_row, end, left), rows_.row_before(claim), companions);
+  });
 }
 
 Judgement judge_rows(PathRoom& room, const RobotModel& model, const ClaimLimits& claim,

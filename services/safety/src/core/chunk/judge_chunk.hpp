@@ -63,6 +63,9 @@ class ChunkJudge {
 
  private:
   [[nodiscard]] bool is_waited_for(const LiveClaim& claim) const;
+  template <class Judge>
+  Judgement judge_beside(const LiveClaim& claim, const ActionChunk& chunk, std::size_t queries,
+                         const Judge& judge);
 
   const RobotModel& model_;
   const HalLink& hal_;

@@ -1,5 +1,7 @@
 #include "core/release/acting_rows.hpp"
 
+#include <algorithm>
+
 namespace fairlead {
 namespace {
 
@@ -9,6 +11,10 @@ bool share_a_part(const ActionChunk* one, const ActionChunk& other) {
     for (const ActionPart& taken : other.parts)
       if (action.part == taken.part) return true;
   return false;
+}
+
+bool acts_beside(const LiveClaim& claim, const LiveClaim& other) {
+  return other.live() ? other.id != claim.id : other.is_leaving();
 }
 
 }  // namespace
@@ -42,10 +48,11 @@ RowBefore ActingRows::row_before(const LiveClaim& claim) const {
 }
 
 FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim,
-                                                          const ActionChunk& chunk) const {
+                                                          const ActionChunk& chunk,
+                                                          bool holding) const {
   FixedVec<Companion, max_claims> companions;
   for (const LiveClaim& other : claims_.places()) {
-    if (other.live() ? other.id == claim.id : !other.is_leaving()) continue;
+    if (!acts_beside(claim, other) || (holding && may_hold(other))) continue;
     Companion companion = companion_of(other);
     if (!other.live() && share_a_part(companion.before.chunk, chunk))
       companion.before.chunk = nullptr;
@@ -53,6 +60,17 @@ FixedVec<Companion, max_claims> ActingRows::companions_of(const LiveClaim& claim
     (void)companions.push_back(companion);
   }
   return companions;
+}
+
+bool ActingRows::may_hold(const LiveClaim& other) const {
+  return !hal_.lockstep() && other.plan.expected().hold == 0 &&
+         (!other.live() || other.was_until_tick < hal_.tick());
+}
+
+bool ActingRows::others_may_hold(const LiveClaim& claim) const {
+  return std::ranges::any_of(claims_.places(), [&](const LiveClaim& other) {
+    return acts_beside(claim, other) && may_hold(other);
+  });
 }
 
 Companion ActingRows::companion_of(const LiveClaim& other) const {

@@ -41,8 +41,13 @@ class ActingRows {
   /// What the other claims' parts do while `chunk` of this one acts, as far as it is released; also
   /// of claims that have ended, as long as their rows may act. Not of rows for a part that `chunk`
   /// moves: it is taken after a hold of that part, so they do not act in the tick before, nor then.
+  /// `holding`: those that `may_hold` do, in the tick that runs and after it.
   [[nodiscard]] FixedVec<Companion, max_claims> companions_of(const LiveClaim& claim,
-                                                              const ActionChunk& chunk) const;
+                                                              const ActionChunk& chunk,
+                                                              bool holding) const;
+  /// Whether the row of another claim in the tick that runs acts only where the HAL had not heard
+  /// the newest lease yet when that began: it was revoked, or its claim has ended.
+  [[nodiscard]] bool others_may_hold(const LiveClaim& claim) const;
 
   /// The rows that act next were released from an older state. What they may not do in this one is
   /// a stop: the HAL has them already. Other limits cannot be broken by a newer state.
@@ -50,6 +55,7 @@ class ActingRows {
 
  private:
   [[nodiscard]] Companion companion_of(const LiveClaim& other) const;
+  [[nodiscard]] bool may_hold(const LiveClaim& other) const;
 
   const RobotModel& model_;
   const HalLink& hal_;

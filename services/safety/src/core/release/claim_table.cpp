@@ -126,6 +126,7 @@ void LiveClaim::continue_as(const LiveClaim& next) {
   ClaimLife life;
   life.hal_follows = hal_follows;
   life.until_tick = until_tick;
+  life.was_until_tick = was_until_tick;
   life.past = past;
   life.past_count = past_count;
   life.past_of(source).last_seq = last_seq;

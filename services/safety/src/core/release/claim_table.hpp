@@ -121,8 +121,9 @@ struct ClaimLife {
   TickWindow<128> admitted;   // G010
   // No row for a later tick is granted until the HAL is known to have let go of what was revoked.
   std::uint64_t until_tick = UINT64_MAX;
-  bool repeat = false;             // publish the current SafeChunk once more
-  std::uint64_t refused_tick = 0;  // newest tick when a chunk was refused, 0: none
+  std::uint64_t was_until_tick = UINT64_MAX;  // in the newest lease before the newest state
+  bool repeat = false;                        // publish the current SafeChunk once more
+  std::uint64_t refused_tick = 0;             // newest tick when a chunk was refused, 0: none
   std::uint64_t refused_verdict = 0;
   Name offered_to;  // whose claim may go on with its rows; empty: nobody's
   // Of a claim that has ended (realtime): the newest tick for which a row of it was granted, which

@@ -25,6 +25,7 @@ void LiveReleases::begin_tick_of_left(LiveClaim& claim) {
 void LiveReleases::begin_tick_of(LiveClaim& claim) {
   const Acted acted = rows_.acted_of(claim);
   ReleasePlan& plan = claim.plan;
+  claim.was_until_tick = claim.until_tick;
   claim.hal_follows = claim.hal_follows || plan.row_of(acted).chunk != nullptr;
   plan.begin_tick(hal_.tick(), acted);
   const Released* release = plan.current();
