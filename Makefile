@@ -48,7 +48,7 @@ tsan: setup ## the gate's process and shell under ThreadSanitizer
 
 fuzz: sanitize ## generated frames, chunks and sequences of events for the gate's core; SECONDS_EACH=120
 	@FAIRLEAD_FUZZ_SECONDS=$(or $(SECONDS_EACH),120) FAIRLEAD_SEQUENCE_STEPS=400000 \
-		FAIRLEAD_FUZZ_FRAMES=2000000 build/sanitize/fairlead-safety-tests \
+		FAIRLEAD_FUZZ_FRAMES=2000000 FAIRLEAD_FOLLOWED_RUNS=100 build/sanitize/fairlead-safety-tests \
 		--test-case='fuzz*,random*'
 
 zenohc: setup ## the gate with the official zenoh-c of SOURCE=FOLDER: its tests and the demo
