@@ -43,9 +43,15 @@ ASKERS = 2
 JUNK = b"\xff" * 200
 
 
-def _put(deployment: Deployment, key: str, kind: type[Message], payload: bytes) -> None:
+def _linked(deployment: Deployment) -> RobotClient:
+    """A client that sees all whom a flood is for: else nobody would hear it."""
     client = RobotClient(deployment)
-    client.wait_alive("hal", "safety", "runner")  # else nobody would hear it
+    client.wait_alive("hal", "safety", "runner")
+    return client
+
+
+def _put(deployment: Deployment, key: str, kind: type[Message], payload: bytes) -> None:
+    client = _linked(deployment)
     publisher = client.bus.publisher(key, kind, Qos.HOT)
     print("ready", flush=True)
     began, sent = time.monotonic(), 0
@@ -82,14 +88,12 @@ def _states(deployment: Deployment) -> None:
 
 def _queries(deployment: Deployment) -> None:
     """Each asks again as soon as it is answered."""
-    client, keys = RobotClient(deployment), deployment.keys
-    client.wait_alive("hal", "safety", "runner")
-    bus = client.bus
+    client, keys = _linked(deployment), deployment.keys
 
     def ask(key: str) -> None:
         while True:
             with suppress(FairleadError):
-                bus.query(key, StatusQuery(), 3.0)
+                client.bus.query(key, StatusQuery(), 3.0)
 
     for key in (keys.gate_status, keys.hal_status, keys.feedback(deployment.runners[0])) * ASKERS:
         threading.Thread(target=ask, args=(key,), daemon=True).start()

@@ -67,22 +67,17 @@ def test_a_new_state_folder_is_told_to_the_gate_once_and_to_nobody_else() -> Non
     assert "--new-state" not in build(FILE, deployment, "hal", Path("/state/hal"))
 
 
-def test_numeric_libraries_get_one_thread_unless_the_caller_says_otherwise(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize(
+    ("variable", "usual"),
+    [("OMP_NUM_THREADS", "1"), ("OPENBLAS_NUM_THREADS", "1"), ("MALLOC_ARENA_MAX", "2")],
+)
+def test_libraries_get_few_threads_and_heaps_unless_the_caller_says_otherwise(
+    variable: str, usual: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
-    assert service_environment()["OMP_NUM_THREADS"] == "1"
-    monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    assert service_environment()["OMP_NUM_THREADS"] == "3"
-
-
-def test_services_have_two_heaps_unless_the_caller_says_otherwise(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.delenv("MALLOC_ARENA_MAX", raising=False)
-    assert service_environment()["MALLOC_ARENA_MAX"] == "2"
-    monkeypatch.setenv("MALLOC_ARENA_MAX", "8")
-    assert service_environment()["MALLOC_ARENA_MAX"] == "8"
+    monkeypatch.delenv(variable, raising=False)
+    assert service_environment()[variable] == usual
+    monkeypatch.setenv(variable, "3")
+    assert service_environment()[variable] == "3"
 
 
 def test_a_program_that_is_not_there_is_said_before_the_start() -> None:

@@ -137,7 +137,7 @@ def service_environment() -> dict[str, str]:
     Four services share the host's cores; a numeric library that starts a thread per core
     in each of them would make them wait for each other. And glibc gives each of Zenoh's threads a
     heap of its own, all of which grow in turn to what one needs: over 100,000 ticks the runner
-    grew by 3.5 % so, with two by 1.7 % (``python -m bench.faults --row 40``).
+    grew by 3.5 % so, with two by 1.9 % (``python -m bench.faults --row 40``).
     """
     environment = dict(os.environ)
     environment["PYTHONUNBUFFERED"] = "1"

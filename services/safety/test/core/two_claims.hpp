@@ -28,7 +28,10 @@ struct TwoClaims : GateRig {
     efforts.assign(two_arms::joint_count, 0.0);
     restart(BootInfo{true, false, {}});
     connect_and_arm();
-    for (const std::uint8_t arm : {left, right}) take_claim_of(arm);
+    for (const std::uint8_t arm : {left, right}) {
+      take_claim_of(arm);
+      CHECK(claims[arm] != 0);
+    }
   }
 
   void take_claim_of(std::uint8_t arm) {
